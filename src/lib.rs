@@ -1,0 +1,5 @@
+//! gradtess
+pub mod mesh;
+pub mod patch;
+pub mod scene;
+pub mod subdiv;

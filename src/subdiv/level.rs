@@ -1,0 +1,269 @@
+//! One level of a refined mesh: the faces of M^l that exist there, as flat arrays.
+//!
+//! Half-edges stand face by face. All faces are quads, `4 f .. 4 f + 3`, except the shrunk faces at the
+//! end of level 0. What exists is a subset of M^l in slot order ([`super::index_map`]), so a sum over the
+//! half-edges of a vertex runs in the same order here and in the whole M^l: local and global refinement
+//! agree to the last bit.
+//!
+//! Positions belong to vertices, colours to *tints*: `tint[h]` is the colour of the corner at the origin of
+//! `h` in its face. The corners of one vertex share one tint within each colour sector, and a vertex
+//! without sharp edges has the tint of its own number.
+
+use crate::mesh::NONE;
+use glam::{DVec2, DVec4};
+
+/// Twin of a half-edge whose neighbour was not refined: the mesh goes on, but not here.
+pub const CUT: u32 = u32::MAX - 1;
+
+/// Facts about a vertex, as bits. They pass unchanged to the next level.
+pub mod vertex_bits {
+    /// On the boundary.
+    pub const BOUNDARY: u8 = 1;
+    /// Extraordinary: valence other than 4 inside, above 3 on the boundary ([ZHHK22] 3.1).
+    pub const EXTRAORDINARY: u8 = 2;
+    /// One interior sharp edge ends here: smooth colour rules ([DKT98]).
+    pub const DART: u8 = 4;
+    /// Sharp edges (with the boundary) part the faces here into colour sectors, each with a tint of its own.
+    pub const SECTORS: u8 = 8;
+    /// A boundary vertex of one face.
+    pub const CORNER: u8 = 16;
+}
+
+/// A level of a refined mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Level {
+    /// Which one; 0 is the mesh after the ternary step.
+    pub level: u32,
+    /// Name of each face: number in M^0 at level 0, above it the slot one level up that the face grew from.
+    pub face: Vec<u64>,
+    /// Each face: whether it belongs to a refined face (true) or only surrounds one.
+    pub inside: Vec<bool>,
+    /// Leading faces that are quads; all of them above level 0.
+    pub quads: u32,
+    /// First half-edge of the faces from `quads` on, and the end; empty above level 0.
+    pub polygon_start: Vec<u32>,
+    /// Face of each half-edge from `4 * quads` on.
+    pub polygon_face: Vec<u32>,
+    /// Vertex that each half-edge leaves.
+    pub origin: Vec<u32>,
+    /// Opposite half-edge, [`NONE`] on the boundary, or [`CUT`].
+    pub twin: Vec<u32>,
+    /// Colour of the corner at each half-edge's origin, an index into `colour`.
+    pub tint: Vec<u32>,
+    /// Each half-edge: whether its edge is sharp for colour (both sides are set). Empty while no edge is.
+    pub sharp: Vec<bool>,
+    /// Position of each vertex.
+    pub position: Vec<DVec2>,
+    /// Colours; the first `position.len()` belong to the vertices of the same number.
+    pub colour: Vec<DVec4>,
+    /// [`vertex_bits`] of each vertex.
+    pub bits: Vec<u8>,
+    /// After refinement: the child face of each half-edge in the next level, [`NONE`] where there is none.
+    pub child: Vec<u32>,
+}
+
+impl Level {
+    /// Number of faces.
+    pub fn faces(&self) -> usize {
+        self.face.len()
+    }
+
+    /// Number of half-edges.
+    pub fn half_edges(&self) -> usize {
+        self.origin.len()
+    }
+
+    /// First half-edge of face `f`.
+    #[inline]
+    pub fn first(&self, f: u32) -> u32 {
+        if f <= self.quads {
+            4 * f
+        } else {
+            self.polygon_start[(f - self.quads) as usize]
+        }
+    }
+
+    /// Face of half-edge `h`.
+    #[inline]
+    pub fn face_of(&self, h: u32) -> u32 {
+        if h < 4 * self.quads {
+            h >> 2
+        } else {
+            self.polygon_face[(h - 4 * self.quads) as usize]
+        }
+    }
+
+    /// Corners of face `f`.
+    #[inline]
+    pub fn valence(&self, f: u32) -> u32 {
+        self.first(f + 1) - self.first(f)
+    }
+
+    /// Half-edge after `h` in its face.
+    #[inline]
+    pub fn next(&self, h: u32) -> u32 {
+        if h < 4 * self.quads {
+            (h & !3) | ((h + 1) & 3)
+        } else {
+            let f = self.face_of(h);
+            if h + 1 == self.first(f + 1) {
+                self.first(f)
+            } else {
+                h + 1
+            }
+        }
+    }
+
+    /// Half-edge before `h` in its face.
+    #[inline]
+    pub fn prev(&self, h: u32) -> u32 {
+        if h < 4 * self.quads {
+            (h & !3) | ((h + 3) & 3)
+        } else {
+            let f = self.face_of(h);
+            if h == self.first(f) {
+                self.first(f + 1) - 1
+            } else {
+                h - 1
+            }
+        }
+    }
+
+    /// Half-edges of face `f`.
+    #[inline]
+    pub fn of_face(&self, f: u32) -> std::ops::Range<u32> {
+        self.first(f)..self.first(f + 1)
+    }
+
+    /// Opposite half-edge, `None` on the boundary and at a cut.
+    #[inline]
+    pub fn across(&self, h: u32) -> Option<u32> {
+        let t = self.twin[h as usize];
+        (t < CUT).then_some(t)
+    }
+
+    /// Vertex that `h` ends in.
+    #[inline]
+    pub fn target(&self, h: u32) -> u32 {
+        self.origin[self.next(h) as usize]
+    }
+
+    /// Colour of the corner at the origin of `h`.
+    #[inline]
+    pub fn corner_colour(&self, h: u32) -> DVec4 {
+        self.colour[self.tint[h as usize] as usize]
+    }
+
+    /// Whether colour takes the boundary rules along the edge of `h`.
+    #[inline]
+    pub fn colour_border(&self, h: u32) -> bool {
+        self.twin[h as usize] >= CUT || (!self.sharp.is_empty() && self.sharp[h as usize])
+    }
+
+    /// Next spoke around the origin of `h`: twin of the half-edge before.
+    #[inline]
+    pub fn spoke_after(&self, h: u32) -> Option<u32> {
+        self.across(self.prev(h))
+    }
+
+    /// The spoke before `h`: the one after its twin.
+    #[inline]
+    pub fn spoke_before(&self, h: u32) -> Option<u32> {
+        self.across(h).map(|t| self.next(t))
+    }
+
+    /// Calls `visit` with every half-edge that leaves the origin of `h`.
+    pub fn around(&self, h: u32, mut visit: impl FnMut(u32)) {
+        let mut spoke = h;
+        loop {
+            visit(spoke);
+            match self.spoke_after(spoke) {
+                Some(s) if s == h => return,
+                Some(s) => spoke = s,
+                None => break,
+            }
+        }
+        let mut spoke = h;
+        while let Some(s) = self.spoke_before(spoke) {
+            visit(s);
+            spoke = s;
+        }
+    }
+
+    /// First half-edge of the open fan around the origin of `h` as far as `border` edges let it reach, or `h`
+    /// itself if the fan is closed.
+    pub fn fan_start(&self, h: u32, border: impl Fn(u32) -> bool) -> u32 {
+        let mut spoke = h;
+        while !border(spoke) {
+            match self.spoke_before(spoke) {
+                Some(s) if s == h => return h,
+                Some(s) => spoke = s,
+                None => break,
+            }
+        }
+        spoke
+    }
+
+    /// Marks an edge as sharp for colour, both sides.
+    pub fn set_sharp(&mut self, h: u32) {
+        if self.sharp.is_empty() {
+            self.sharp.resize(self.origin.len(), false);
+        }
+        self.sharp[h as usize] = true;
+        if let Some(t) = self.across(h) {
+            self.sharp[t as usize] = true;
+        }
+    }
+
+    /// After colours or sharp edges around the origin of `h` changed: sets the vertex's colour bits and gives
+    /// each of its sectors one tint.
+    pub fn settle_colours(&mut self, h: u32) {
+        use vertex_bits::{BOUNDARY, DART, SECTORS};
+        let v = self.origin[h as usize] as usize;
+        let mut sharp = 0;
+        self.around(h, |s| sharp += u32::from(!self.sharp.is_empty() && self.sharp[s as usize]));
+        // The last spoke of an open fan leaves no half-edge from here, but then it is on the boundary, not sharp.
+        let boundary = self.bits[v] & BOUNDARY != 0;
+        self.bits[v] &= !(DART | SECTORS);
+        match (sharp, boundary) {
+            (0, _) | (1, false) => {
+                self.bits[v] |= if sharp == 1 { DART } else { 0 };
+                self.colour[v] = self.corner_colour(h);
+                let mut spokes = [NONE; 16];
+                let mut n = 0;
+                self.around(h, |s| {
+                    if n < spokes.len() {
+                        spokes[n] = s;
+                    }
+                    n += 1;
+                });
+                if n <= spokes.len() {
+                    spokes[..n].iter().for_each(|&s| self.tint[s as usize] = v as u32);
+                } else {
+                    let mut many = Vec::with_capacity(n);
+                    self.around(h, |s| many.push(s));
+                    many.iter().for_each(|&s| self.tint[s as usize] = v as u32);
+                }
+            }
+            _ => {
+                self.bits[v] |= SECTORS;
+                self.part_into_sectors(h);
+            }
+        }
+    }
+
+    fn part_into_sectors(&mut self, h: u32) {
+        let start = self.fan_start(h, |s| self.colour_border(s));
+        let mut spoke = start;
+        loop {
+            if self.colour_border(spoke) {
+                self.colour.push(self.corner_colour(spoke));
+            }
+            self.tint[spoke as usize] = self.colour.len() as u32 - 1;
+            match self.spoke_after(spoke) {
+                Some(s) if s != start => spoke = s,
+                _ => return,
+            }
+        }
+    }
+}

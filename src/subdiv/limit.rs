@@ -1,0 +1,173 @@
+//! Limit points, limit tangents and their inverses ([ZHHK22] App. B; tangents [LSNC09] 3.2).
+
+use super::fan::{Fan, Linear};
+use crate::scene::CornerRule;
+use std::f64::consts::PI;
+
+/// Limit of the vertex in the middle of `fan`: (B.1) with face centroids, right for n-gons; `(a + 4 v + b) / 6`
+/// in an open fan; the vertex itself where one face is a sharp corner.
+pub fn limit<V: Linear>(fan: &Fan<V>, corners: CornerRule) -> V {
+    if !fan.closed {
+        if fan.faces() == 1 && corners == CornerRule::Sharp {
+            return fan.centre;
+        }
+        let ends = fan.spoke[0] + fan.spoke[fan.spoke.len() - 1];
+        return ends * (1.0 / 6.0) + fan.centre * (4.0 / 6.0);
+    }
+    let n = fan.faces() as f64;
+    let mut sum = V::default();
+    for (spoke, face) in fan.spoke.iter().zip(&fan.face) {
+        sum = sum + (fan.centre + *spoke) * 0.5 + *face;
+    }
+    fan.centre * ((n - 3.0) / (n + 5.0)) + sum * (4.0 / (n * (n + 5.0)))
+}
+
+/// The control value that gives the limit `wanted` while the neighbours stay: (B.2) and its boundary forms.
+/// `face_valence[i]` are the corners of face i, which hold the vertex too.
+pub fn control_for_limit<V: Linear>(fan: &Fan<V>, face_valence: &[u32], wanted: V, corners: CornerRule) -> V {
+    if !fan.closed {
+        if fan.faces() == 1 && corners == CornerRule::Sharp {
+            return wanted;
+        }
+        let ends = fan.spoke[0] + fan.spoke[fan.spoke.len() - 1];
+        return (wanted * 6.0 - ends) * 0.25;
+    }
+    let n = fan.faces() as f64;
+    let weight = 4.0 / (n * (n + 5.0));
+    let mut rest = V::default();
+    let mut own = n / 2.0;
+    for ((spoke, face), &corners) in fan.spoke.iter().zip(&fan.face).zip(face_valence) {
+        let share = 1.0 / f64::from(corners);
+        rest = rest + *spoke * 0.5 + (*face - fan.centre * share);
+        own += share;
+    }
+    (wanted - rest * weight) * (1.0 / ((n - 3.0) / (n + 5.0) + weight * own))
+}
+
+/// `lambda(n)`, the subdominant eigenvalue of Catmull-Clark at valence n ([LSNC09] eq. 5 has 16 times this plus 5).
+pub fn subdominant(n: f64) -> f64 {
+    let c = (PI / n).cos();
+    (5.0 + (2.0 * PI / n).cos() + c * (18.0 + 2.0 * (2.0 * PI / n).cos()).sqrt()) / 16.0
+}
+
+/// Limit tangent along spoke `j` as it enters a Gregory patch: `q` of [LSNC09] 3.3 inside, its boundary form
+/// (from OpenSubdiv's and the authors' formulas, valence `k = faces`) in an open fan.
+pub fn tangent<V: Linear>(fan: &Fan<V>, j: usize) -> V {
+    let mut q = V::default();
+    if fan.closed {
+        let n = fan.faces();
+        let nf = n as f64;
+        let c = (PI / nf).cos();
+        let sigma = 1.0 / (4.0 + c * c).sqrt();
+        for i in 0..n {
+            let k = (j + i) % n;
+            let middle = (fan.centre + fan.spoke[k]) * 0.5;
+            let along = (1.0 - sigma * c) * (2.0 * PI * i as f64 / nf).cos();
+            let aside = 2.0 * sigma * ((2 * i + 1) as f64 * PI / nf).cos();
+            q = q + middle * along + fan.face[k] * aside;
+        }
+        return q * (2.0 / nf);
+    }
+    let k = fan.faces();
+    let kf = k as f64;
+    let (c, s) = ((PI / kf).cos(), (PI / kf).sin());
+    let (first, last) = (fan.spoke[0], fan.spoke[k]);
+    let r0 = (first - last) * 0.5;
+    // At k = 1 the root is 0 / 2: no transversal tangent, the boundary curve runs straight through.
+    let root = ((1.0 + c) / (1.0 - c)).max(0.0).sqrt();
+    let mut r1 = fan.centre * (-4.0 * s) - (first + last) * ((1.0 + 2.0 * c) * root);
+    for i in 1..k {
+        r1 = r1 + fan.spoke[i] * (4.0 * (PI * i as f64 / kf).sin());
+    }
+    for (i, opposite) in fan.opposite.iter().enumerate() {
+        r1 = r1 + *opposite * ((PI * i as f64 / kf).sin() + (PI * (i + 1) as f64 / kf).sin());
+    }
+    r1 = r1 * (1.0 / (3.0 * kf + c));
+    q + r0 * (PI * j as f64 / kf).cos() + r1 * (PI * j as f64 / kf).sin()
+}
+
+/// Bezier point next to the vertex on spoke `j` of a Gregory patch: `e = p + 2/3 lambda q` ([LSNC09] 3.3);
+/// at a sharp corner a third of the way along the edge.
+pub fn edge_point<V: Linear>(fan: &Fan<V>, j: usize, corners: CornerRule) -> V {
+    let k = fan.faces();
+    if !fan.closed && k == 1 && corners == CornerRule::Sharp {
+        return fan.centre + (fan.spoke[j] - fan.centre) * (1.0 / 3.0);
+    }
+    let n = if fan.closed { k } else { 2 * k };
+    limit(fan, corners) + tangent(fan, j) * (2.0 / 3.0 * subdominant(n as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    fn regular() -> Fan<DVec2> {
+        let grid = |x: f64, y: f64| DVec2::new(x + 0.1 * y * y, y - 0.2 * x * y);
+        let ring = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)];
+        let diag = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+        let mut fan = Fan { centre: grid(0.0, 0.0), closed: true, half_edge: vec![0, 1, 2, 3], ..Default::default() };
+        for i in 0..4 {
+            let j = (i + 1) % 4;
+            fan.spoke.push(grid(ring[i].0, ring[i].1));
+            fan.opposite.push(grid(diag[i].0, diag[i].1));
+            fan.face.push(
+                (fan.centre + grid(ring[i].0, ring[i].1) + grid(diag[i].0, diag[i].1) + grid(ring[j].0, ring[j].1)) * 0.25,
+            );
+        }
+        fan
+    }
+
+    #[test]
+    fn valence_four_is_the_bicubic_b_spline() {
+        let fan = regular();
+        let spokes: DVec2 = fan.spoke.iter().sum();
+        let corners: DVec2 = fan.opposite.iter().sum();
+        let p = (16.0 * fan.centre + 4.0 * spokes + corners) / 36.0;
+        assert!((limit(&fan, CornerRule::Sharp) - p).length() < 1e-15);
+        let e = (8.0 * fan.centre
+            + 4.0 * fan.spoke[0]
+            + 2.0 * (fan.spoke[1] + fan.spoke[3])
+            + (fan.opposite[0] + fan.opposite[3]))
+            / 18.0;
+        assert!((edge_point(&fan, 0, CornerRule::Sharp) - e).length() < 1e-15);
+    }
+
+    #[test]
+    fn inverting_a_limit_gives_it_back_at_every_valence() {
+        for n in 3..9usize {
+            let at = |r: f64, t: f64| DVec2::from_angle(t * 2.0 * PI / n as f64) * r;
+            let mut fan = Fan { centre: DVec2::new(0.1, 0.2), closed: true, ..Default::default() };
+            for i in 0..n {
+                let (a, c, b) = (at(1.0, i as f64), at(1.4, i as f64 + 0.5), at(1.0, i as f64 + 1.0));
+                fan.spoke.push(a);
+                fan.opposite.push(c);
+                fan.face.push((fan.centre + a + c + b) * 0.25);
+            }
+            let wanted = DVec2::new(-0.3, 0.05);
+            let v = control_for_limit(&fan, &vec![4; n], wanted, CornerRule::Sharp);
+            for i in 0..n {
+                let (a, c, b) = (fan.spoke[i], fan.opposite[i], fan.spoke[(i + 1) % n]);
+                fan.face[i] = (v + a + c + b) * 0.25;
+            }
+            fan.centre = v;
+            assert!((limit(&fan, CornerRule::Sharp) - wanted).length() < 1e-14, "valence {n}");
+        }
+    }
+
+    #[test]
+    fn a_smooth_boundary_vertex_has_its_curve() {
+        // Two faces: regular boundary. The tangent along the boundary is half the chord, across it the B-spline's.
+        let fan = Fan {
+            centre: DVec2::ZERO,
+            spoke: vec![DVec2::X, DVec2::Y, -DVec2::X],
+            opposite: vec![DVec2::new(1.0, 1.0), DVec2::new(-1.0, 1.0)],
+            face: vec![DVec2::new(0.5, 0.5), DVec2::new(-0.5, 0.5)],
+            closed: false,
+            half_edge: vec![0, 1],
+        };
+        assert_eq!(limit(&fan, CornerRule::Sharp), DVec2::ZERO);
+        assert!((edge_point(&fan, 0, CornerRule::Sharp) - DVec2::X / 3.0).length() < 1e-15);
+        assert!((edge_point(&fan, 1, CornerRule::Sharp) - DVec2::Y / 3.0).length() < 1e-15);
+    }
+}

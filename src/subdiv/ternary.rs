@@ -1,0 +1,105 @@
+//! T, the ternary step: input mesh to M^0 ([ZHHK22] 3.2, [LKSD17]).
+//!
+//! Every n-gon becomes n corner quads, n quads of the middle thirds and one smaller n-gon.
+//! Edge points lie at one third. A face point is bilinear in its corner, the two edge MIDPOINTS and the
+//! centroid: `(3 v0 + v1 + v2 + 4 C) / 9`; the text of [ZHHK22] 3.2 says neighbours, its formula's source does not.
+
+use super::index_map::IndexMap;
+use super::level::{vertex_bits, Level};
+use crate::mesh::{HalfEdgeMesh, NONE};
+use crate::scene::{CornerRule, Handle};
+use glam::{DVec2, DVec4};
+
+/// Makes M^0, white all over, without any edit. Time linear in the input's corners.
+///
+/// `handles` and `face_points` replace edge and face points (by input half-edge); their numbers must be in range.
+pub fn ternary(mesh: &HalfEdgeMesh, corners: CornerRule, handles: &[Handle], face_points: &[Handle]) -> Level {
+    let map = IndexMap::new(mesh);
+    let s = mesh.half_edges();
+    let all = s + mesh.boundary_edges();
+    let n = 9 * s as usize;
+
+    let mut origin = Vec::with_capacity(n);
+    let mut twin = Vec::with_capacity(n);
+    for d in 0..n as u64 {
+        origin.push(map.vertex(0, d) as u32);
+        twin.push(map.twin(0, d).map_or(NONE, |t| t as u32));
+    }
+
+    let (position, bits) = points(mesh, corners, handles, face_points);
+    debug_assert_eq!(position.len() as u64, map.vertices(0));
+    debug_assert_eq!(position.len() as u32, mesh.vertices() + all + s);
+    Level {
+        level: 0,
+        face: (0..map.faces(0)).collect(),
+        inside: vec![true; map.faces(0) as usize],
+        quads: 2 * s,
+        polygon_start: mesh.face_start.iter().map(|h| 8 * s + h).collect(),
+        polygon_face: mesh.face.iter().map(|f| 2 * s + f).collect(),
+        tint: origin.clone(),
+        colour: vec![DVec4::ONE; position.len()],
+        origin,
+        twin,
+        sharp: Vec::new(),
+        position,
+        bits,
+        child: Vec::new(),
+    }
+}
+
+fn points(mesh: &HalfEdgeMesh, corners: CornerRule, handles: &[Handle], face_points: &[Handle]) -> (Vec<DVec2>, Vec<u8>) {
+    use vertex_bits::{BOUNDARY, CORNER, EXTRAORDINARY};
+    let s = mesh.half_edges();
+    let v = mesh.vertices() as usize;
+    let at = |v: u32| mesh.positions[v as usize];
+    let mut position = mesh.positions.clone();
+    let mut bits = Vec::with_capacity(v + 2 * s as usize + mesh.boundary_edges() as usize);
+
+    let (mut faces, mut boundary) = (vec![0u32; v], vec![false; v]);
+    for h in 0..s {
+        faces[mesh.origin[h as usize] as usize] += 1;
+        if mesh.twin[h as usize] == NONE {
+            boundary[mesh.origin[h as usize] as usize] = true;
+            boundary[mesh.target(h) as usize] = true;
+        }
+    }
+    for v in 0..v {
+        bits.push(match (boundary[v], faces[v]) {
+            (false, 4) => 0,
+            (false, _) => EXTRAORDINARY,
+            // A smooth corner is a boundary curve running through one face: no bicubic has that.
+            (true, 1) if corners == CornerRule::Smooth => BOUNDARY | CORNER | EXTRAORDINARY,
+            (true, 1) => BOUNDARY | CORNER,
+            (true, 2) => BOUNDARY,
+            (true, _) => BOUNDARY | EXTRAORDINARY,
+        });
+    }
+
+    let third = |a: u32, b: u32| (2.0 * at(a) + at(b)) / 3.0;
+    for h in 0..s {
+        position.push(third(mesh.origin[h as usize], mesh.target(h)));
+        bits.push(if mesh.twin[h as usize] == NONE { BOUNDARY } else { 0 });
+    }
+    for rank in 0..mesh.boundary_edges() {
+        let h = mesh.boundary_twin(rank);
+        position.push(third(mesh.target(h), mesh.origin[h as usize]));
+        bits.push(BOUNDARY);
+    }
+    for f in 0..mesh.faces() {
+        let (a, b) = (mesh.face_start[f as usize], mesh.face_start[f as usize + 1]);
+        let centre = (a..b).map(|h| at(mesh.origin[h as usize])).sum::<DVec2>() / f64::from(b - a);
+        for h in a..b {
+            let (v0, v1, v2) = (at(mesh.origin[h as usize]), at(mesh.target(h)), at(mesh.origin[mesh.prev(h) as usize]));
+            position.push((3.0 * v0 + v1 + v2 + 4.0 * centre) / 9.0);
+            bits.push(0);
+        }
+    }
+    let face_point = v + (s + mesh.boundary_edges()) as usize;
+    for handle in handles {
+        position[v + handle.half_edge as usize] = handle.at;
+    }
+    for handle in face_points {
+        position[face_point + handle.half_edge as usize] = handle.at;
+    }
+    (position, bits)
+}
