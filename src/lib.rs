@@ -1,5 +1,6 @@
 //! gradtess
 pub mod mesh;
 pub mod patch;
+pub mod refine;
 pub mod scene;
 pub mod subdiv;

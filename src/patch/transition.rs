@@ -102,3 +102,22 @@ pub const fn constellation(mask: u8) -> u8 {
         _ => 0,
     }
 }
+
+/// Constellation of a transition mask and by how many edges the face must be turned so that the mask stands in
+/// standard position; (0, 0) without a transition edge.
+///
+/// The authors' order: from the face's first edge the first one without transition, then the first with.
+pub const fn standard_position(mask: u8) -> (u8, u8) {
+    let mut turn = 0;
+    if mask == 0 || mask == 0b1111 {
+        return (constellation(mask), 0);
+    }
+    while mask >> turn & 1 == 1 {
+        turn += 1;
+    }
+    while mask >> (turn % 4) & 1 == 0 {
+        turn += 1;
+    }
+    turn %= 4;
+    (constellation((mask >> turn | mask << (4 - turn)) & 0b1111), turn)
+}

@@ -1,0 +1,389 @@
+//! Which faces are affected, before any level is built: a forest of face names ([ZHHK22] 4.2).
+//!
+//! A node is a face that will be refined. Marking a face marks its ancestors, so the forest is a quadtree with
+//! the faces of M^0 as roots; its size is the number of refined faces. The regions that an edit affects one
+//! level up follow from where its vertex came from:
+//!
+//! | vertex of M^l is | parents of its 2-ring | parents of its 3-ring |
+//! |---|---|---|
+//! | a vertex of M^(l-1) | its 1-ring | its 2-ring |
+//! | the point of edge a-b, faces F, G | 1-rings of a and b | 1-rings of all vertices of F and G |
+//! | the point of face F | 1-rings of F's vertices | the same |
+
+use super::edits::{Edits, Paint};
+use super::Rules;
+use crate::mesh::NONE;
+use crate::scene::CornerRule;
+use crate::subdiv::index_map::{IndexMap, Slot};
+
+/// The faces to refine.
+#[derive(Debug)]
+pub struct Forest {
+    /// One flag for each face of M^0.
+    level0: Vec<bool>,
+    /// Node of each face of M^1 (by slot of level 0), [`NONE`] where there is none.
+    root: Vec<u32>,
+    /// Children of each node by slot.
+    child: Vec<[u32; 4]>,
+    /// Names of the nodes of each level, from level 0.
+    by_level: Vec<Vec<u64>>,
+}
+
+/// A face's place in the forest while levels are built from the top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Node(u32);
+
+impl Node {
+    /// Not in the forest: nothing below this face is refined.
+    pub const NONE: Node = Node(NONE);
+}
+
+impl Forest {
+    fn new(map: &IndexMap) -> Self {
+        Forest {
+            level0: vec![false; map.faces(0) as usize],
+            root: vec![NONE; map.half_edges(0) as usize],
+            child: Vec::new(),
+            by_level: vec![Vec::new()],
+        }
+    }
+
+    /// Whether a face of M^0 is to be refined.
+    pub fn wants0(&self, face: u64) -> bool {
+        self.level0[face as usize]
+    }
+
+    /// Node of the child that grows from half-edge `slot` of M^0.
+    pub fn root(&self, slot: Slot) -> Node {
+        Node(self.root[slot as usize])
+    }
+
+    /// Node of the child at slot `s` (0 to 3) of a face of level 1 or above.
+    pub fn child(&self, node: Node, s: u32) -> Node {
+        match node {
+            Node::NONE => Node::NONE,
+            Node(n) => Node(self.child[n as usize][s as usize]),
+        }
+    }
+
+    /// Names of the faces of `level` that are to be refined, in no particular order.
+    pub fn at(&self, level: u32) -> &[u64] {
+        self.by_level.get(level as usize).map_or(&[], |v| v)
+    }
+
+    /// Marks the face of slot `d` of M^level and its ancestors.
+    fn mark(&mut self, map: &IndexMap, level: u32, d: Slot) {
+        if level == 0 {
+            let f = map.face(0, d);
+            if !self.level0[f as usize] {
+                self.level0[f as usize] = true;
+                self.by_level[0].push(f);
+            }
+            return;
+        }
+        let face = d >> 2;
+        let root = face >> (2 * (level - 1));
+        let mut node = self.root[root as usize];
+        if node == NONE {
+            self.mark(map, 0, root);
+            node = self.grow(1, root);
+            self.root[root as usize] = node;
+        }
+        for l in 2..=level {
+            let name = face >> (2 * (level - l));
+            let s = (name & 3) as usize;
+            let next = self.child[node as usize][s];
+            node = if next == NONE {
+                let n = self.grow(l, name);
+                self.child[node as usize][s] = n;
+                n
+            } else {
+                next
+            };
+        }
+    }
+
+    fn grow(&mut self, level: u32, name: u64) -> u32 {
+        self.child.push([NONE; 4]);
+        if self.by_level.len() <= level as usize {
+            self.by_level.resize(level as usize + 1, Vec::new());
+        }
+        self.by_level[level as usize].push(name);
+        self.child.len() as u32 - 1
+    }
+
+    /// Marks all faces around the origin of `d`.
+    fn mark_star(&mut self, map: &IndexMap, level: u32, d: Slot) {
+        map.around(level, d, |s| self.mark(map, level, s));
+    }
+
+    /// Marks all faces around the vertices of the face of `d`.
+    fn mark_face_ring(&mut self, map: &IndexMap, level: u32, d: Slot) {
+        let mut g = d;
+        loop {
+            self.mark_star(map, level, g);
+            g = map.next(level, g);
+            if g == d {
+                return;
+            }
+        }
+    }
+
+    /// Marks the parents of the 2-ring of the vertex that `d` leaves at `level` (>= 1).
+    fn mark_two_ring(&mut self, map: &IndexMap, level: u32, d: Slot) {
+        let (l, h) = (level - 1, d >> 2);
+        match d & 3 {
+            0 => self.mark_star(map, l, h),
+            2 => self.mark_face_ring(map, l, h),
+            s => {
+                let e = if s == 1 { h } else { map.prev(l, h) };
+                self.mark_star(map, l, e);
+                self.mark_star(map, l, map.next(l, e));
+            }
+        }
+    }
+
+    /// Marks the parents of the 3-ring of the vertex that `d` leaves at `level` (>= 1).
+    fn mark_three_ring(&mut self, map: &IndexMap, level: u32, d: Slot) {
+        let (l, h) = (level - 1, d >> 2);
+        match d & 3 {
+            0 => {
+                let mut spokes = Vec::with_capacity(8);
+                map.around(l, h, |s| spokes.push(s));
+                for s in spokes {
+                    self.mark_face_ring(map, l, s);
+                }
+            }
+            2 => self.mark_face_ring(map, l, h),
+            s => {
+                let e = if s == 1 { h } else { map.prev(l, h) };
+                self.mark_face_ring(map, l, e);
+                if let Some(t) = map.twin(l, e) {
+                    self.mark_face_ring(map, l, t);
+                }
+            }
+        }
+    }
+
+    /// Marks the parents of the 3 by 3 faces of M^level that lie in one face of C^level of the input, `d`
+    /// leaving its corner.
+    fn mark_block(&mut self, map: &IndexMap, level: u32, d: Slot) {
+        let mut row = d;
+        for i in 0..3 {
+            let mut h = row;
+            for j in 0..3 {
+                self.mark(map, level - 1, h >> 2);
+                if j < 2 {
+                    match map.twin(level, map.next(level, h)) {
+                        Some(t) => h = map.next(level, t),
+                        None => break,
+                    }
+                }
+            }
+            if i < 2 {
+                match map.twin(level, map.next(level, map.next(level, row))) {
+                    Some(t) => row = t,
+                    None => break,
+                }
+            }
+        }
+    }
+
+    /// Marks the parents of all faces that touch the three edges straight on from `d`, which leaves a colour vertex.
+    fn mark_along(&mut self, map: &IndexMap, level: u32, d: Slot) {
+        let mut e = d;
+        map.around(level, e, |s| self.mark(map, level - 1, s >> 2));
+        for _ in 0..3 {
+            let end = map.next(level, e);
+            map.around(level, end, |s| self.mark(map, level - 1, s >> 2));
+            match map.twin(level, end) {
+                Some(t) => e = map.next(level, t),
+                None => return,
+            }
+        }
+    }
+}
+
+/// Marks what the edits and, at level 0, the shape of the mesh affect.
+///
+/// Under [`Rules::Authors`] that is what the authors' tool marks; the cascade around extraordinary vertices
+/// depends there on colours and is left to the levels. Under [`Rules::Gradtess`] the forest is complete: cascaded
+/// and graded. Time linear in the marks.
+pub fn plan(map: &IndexMap, edits: &Edits, rules: Rules, corners: CornerRule, isolate: u32) -> Forest {
+    let mut forest = Forest::new(map);
+    for m in edits.moves.iter().filter(|m| m.level > 0) {
+        forest.mark_two_ring(map, m.level, m.vertex);
+    }
+    for group in edits.paints.chunk_by(|a, b| a.vertex == b.vertex) {
+        mark_paints(&mut forest, map, group, rules);
+    }
+    mark_polygons(&mut forest, map);
+    if rules == Rules::Gradtess {
+        let extraordinary = extraordinary0(map, corners);
+        isolate_vertices(&mut forest, map, &extraordinary, isolate);
+        close(&mut forest, map, &extraordinary);
+    }
+    forest
+}
+
+/// All colour edits of one vertex, level by level.
+fn mark_paints(forest: &mut Forest, map: &IndexMap, group: &[Paint], rules: Rules) {
+    // Around an input vertex, and around any vertex that was painted at a coarser level, the one-ring has one
+    // colour a sector already, so a sector that is not edited spreads nothing new.
+    let mut settled = group[0].vertex.0 == 0 && map.is_colour_vertex(0, group[0].vertex.1);
+    for same in group.chunk_by(|a, b| a.level == b.level) {
+        let level = same[0].level;
+        if level > 0 {
+            if rules == Rules::Authors || !settled {
+                forest.mark_three_ring(map, level, same[0].slot);
+            }
+            if rules == Rules::Gradtess {
+                let painted = |d: Slot| same.iter().rev().find(|p| p.slot == d).map(|p| p.colour);
+                for p in same {
+                    forest.mark_block(map, level, p.slot);
+                    // A spoke stays smooth only if both sides get the same colour; across any other the rules
+                    // may change from smooth to sharp as far as the far end's faces.
+                    if let Some(t) = map.twin(level, p.slot) {
+                        if painted(map.next(level, t)) != Some(p.colour) {
+                            forest.mark_along(map, level, p.slot);
+                        }
+                    }
+                    if let Some(t) = map.spoke_after(level, p.slot) {
+                        if painted(t) != Some(p.colour) {
+                            forest.mark_along(map, level, t);
+                        }
+                    }
+                }
+            }
+        }
+        settled = true;
+    }
+}
+
+/// The faces of M^0 that are no quads, and their edge neighbours.
+fn mark_polygons(forest: &mut Forest, map: &IndexMap) {
+    let mesh = map.mesh();
+    let s = u64::from(mesh.half_edges());
+    for f in 0..mesh.faces() {
+        if mesh.valence(f) == 4 {
+            continue;
+        }
+        for h in mesh.face_start[f as usize]..mesh.face_start[f as usize + 1] {
+            let d = 8 * s + u64::from(h);
+            forest.mark(map, 0, d);
+            if let Some(t) = map.twin(0, d) {
+                forest.mark(map, 0, t);
+            }
+        }
+    }
+}
+
+/// For each input half-edge: whether its origin is extraordinary.
+fn extraordinary0(map: &IndexMap, corners: CornerRule) -> Vec<bool> {
+    let mesh = map.mesh();
+    let mut faces = vec![0u32; mesh.positions.len()];
+    let mut boundary = vec![false; mesh.positions.len()];
+    for h in 0..mesh.half_edges() {
+        faces[mesh.origin[h as usize] as usize] += 1;
+        if mesh.twin[h as usize] == NONE {
+            boundary[mesh.origin[h as usize] as usize] = true;
+        }
+    }
+    mesh.origin
+        .iter()
+        .map(|&v| match (boundary[v as usize], faces[v as usize]) {
+            (false, n) => n != 4,
+            (true, 1) => corners == CornerRule::Smooth,
+            (true, n) => n > 2,
+        })
+        .collect()
+}
+
+/// Whether the origin of slot `d` of M^level is extraordinary, or (at level 0) touches a face that is no quad.
+fn is_extraordinary(map: &IndexMap, extraordinary: &[bool], mut level: u32, mut d: Slot) -> bool {
+    let mesh = map.mesh();
+    let s = u64::from(mesh.half_edges());
+    let input_corner = |d: Slot| d < 8 * s && d & 7 == 0 && extraordinary[(d >> 3) as usize];
+    if level == 0 {
+        // Face points touch the shrunk face; nothing else touches one.
+        let face_point = match d {
+            _ if d >= 8 * s => Some(d - 8 * s),
+            _ if matches!(d & 7, 2 | 7) => Some(d >> 3),
+            _ if d & 7 == 6 => Some(u64::from(mesh.next((d >> 3) as u32))),
+            _ => None,
+        };
+        return match face_point {
+            Some(h) => mesh.valence(mesh.face[h as usize]) != 4,
+            None => input_corner(d),
+        };
+    }
+    while level > 0 {
+        let h = d >> 2;
+        match d & 3 {
+            0 => (level, d) = (level - 1, h),
+            2 if level == 1 => return map.face_valence(0, h) != 4,
+            _ => return false,
+        }
+    }
+    input_corner(d)
+}
+
+/// Refines the faces around every extraordinary vertex down to level `depth`.
+fn isolate_vertices(forest: &mut Forest, map: &IndexMap, extraordinary: &[bool], depth: u32) {
+    if depth == 0 {
+        return;
+    }
+    let s = u64::from(map.mesh().half_edges());
+    for (h, &e) in extraordinary.iter().enumerate() {
+        if e {
+            let level = depth - 1;
+            forest.mark(map, level, (8 * h as u64) << (2 * level));
+        }
+    }
+    if depth >= 2 {
+        for h in 0..s {
+            if map.face_valence(0, 8 * s + h) != 4 {
+                // The face point's corner in the child of slot 8 S + h, one level down at slot 2.
+                let level = depth - 1;
+                forest.mark(map, level, (4 * (8 * s + h) + 2) << (2 * (level - 1)));
+            }
+        }
+    }
+}
+
+/// From the finest level up: all faces around an extraordinary vertex share one level ([ZHHK22] 4.2, cascading),
+/// and neighbours across an edge differ by one level at most.
+fn close(forest: &mut Forest, map: &IndexMap, extraordinary: &[bool]) {
+    for level in (0..forest.by_level.len() as u32).rev() {
+        let mut done = 0;
+        while done < forest.by_level[level as usize].len() {
+            let name = forest.by_level[level as usize][done];
+            done += 1;
+            let first = first_slot(map, level, name);
+            let mut d = first;
+            loop {
+                if is_extraordinary(map, extraordinary, level, d) {
+                    forest.mark_star(map, level, d);
+                }
+                if level > 0 {
+                    if let Some(t) = map.twin(level, d) {
+                        forest.mark(map, level - 1, t >> 2);
+                    }
+                }
+                d = map.next(level, d);
+                if d == first {
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// First slot of a face given by name.
+pub fn first_slot(map: &IndexMap, level: u32, name: u64) -> Slot {
+    let s = u64::from(map.mesh().half_edges());
+    match level {
+        0 if name >= 2 * s => 8 * s + u64::from(map.mesh().face_start[(name - 2 * s) as usize]),
+        _ => 4 * name,
+    }
+}

@@ -1,0 +1,328 @@
+//! Feature-adaptive, hierarchical refinement ([ZHHK22] 4): which faces live at which level, and their meshes.
+//!
+//! [`refine`] plans the affected faces on names alone ([`forest`]), then builds the levels from M^0 down, each
+//! holding only the children of affected faces and one ring around them, applies the level's edits, and says of
+//! every face whether it is refined, drawn or padding. What comes out is plain arrays; [`crate::patch`] turns
+//! them into patches.
+
+pub mod edits;
+pub mod forest;
+
+use crate::mesh::HalfEdgeMesh;
+use crate::scene::{CornerRule, Scene};
+use crate::subdiv::edit::{self, LocalMove};
+use crate::subdiv::index_map::{IndexMap, Slot};
+use crate::subdiv::level::{vertex_bits, Level, CUT};
+use crate::subdiv::{catmull_clark, ternary};
+use edits::{EditError, Edits};
+use forest::{Forest, Node};
+use thiserror::Error;
+
+/// Which faces are refined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rules {
+    /// The authors' tool to the letter: no grading, whole 3-rings, cascade also around colour corners.
+    Authors,
+    /// Graded 2:1, colour edits only in the sectors they can change, cascade around extraordinary vertices.
+    #[default]
+    Gradtess,
+}
+
+/// Adaptive, or every face to one level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Only affected faces are refined; `isolate` levels are spent around extraordinary vertices in any case
+    /// (0: as the paper).
+    Adaptive {
+        /// Least level of the faces around extraordinary vertices; [`Rules::Gradtess`] only.
+        isolate: u32,
+    },
+    /// Uniform subdivision to a level: the paper's rival, and the way to whole meshes.
+    Global(u32),
+}
+
+/// What to refine and how.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Rule set.
+    pub rules: Rules,
+    /// Adaptive or global.
+    pub mode: Mode,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { rules: Rules::default(), mode: Mode::Adaptive { isolate: 0 } }
+    }
+}
+
+/// Why refinement could not be done.
+#[derive(Debug, Error, Clone, PartialEq, Eq)]
+pub enum RefineError {
+    /// An edit does not fit the mesh.
+    #[error(transparent)]
+    Edit(#[from] EditError),
+    /// More faces than memory is meant for.
+    #[error("level {level} has {faces} faces; at most {limit} can be refined, choose a lower level")]
+    TooLarge {
+        /// Level that was asked for.
+        level: u32,
+        /// Faces it has.
+        faces: u64,
+        /// The limit.
+        limit: u64,
+    },
+}
+
+/// Most faces one level may have; a face takes about 300 bytes while it is refined.
+pub const MAX_FACES: u64 = 1 << 24;
+
+/// What becomes of a face, as bits.
+pub mod fate {
+    /// Refined: its children stand in the next level.
+    pub const AFFECTED: u8 = 1;
+    /// Drawn at this level.
+    pub const DRAWN: u8 = 2;
+    /// A corner is extraordinary or its colours follow no bicubic: a Gregory patch.
+    pub const IRREGULAR: u8 = 4;
+    /// Bit 4 + i: the neighbour across the face's edge i is refined.
+    pub const TRANSITION: u32 = 4;
+}
+
+/// Levels of a refined scene.
+#[derive(Debug)]
+pub struct Refinement {
+    /// M^0 and the refined parts of M^1, M^2, ...
+    pub levels: Vec<Level>,
+    /// [`fate`] bits of every face of every level.
+    pub fates: Vec<Vec<u8>>,
+    /// Corner rule the scene asked for.
+    pub corners: CornerRule,
+    /// Rule set used.
+    pub rules: Rules,
+    /// Deepest edit level of the scene.
+    pub edit_level: u32,
+}
+
+/// Refines `scene`, whose mesh is `mesh`. Time and memory linear in the faces made, which are at most a constant
+/// times the faces drawn.
+///
+/// # Errors
+/// An edit that does not fit the mesh, or a global level that is too large.
+pub fn refine(scene: &Scene, mesh: &HalfEdgeMesh, options: Options) -> Result<Refinement, RefineError> {
+    let map = IndexMap::new(mesh);
+    let edits = edits::resolve(scene, &map)?;
+    let edit_level = edits.deepest();
+    if let Mode::Global(level) = options.mode {
+        let faces = map.faces(level.min(edits::MAX_LEVEL));
+        if level > edits::MAX_LEVEL || faces > MAX_FACES {
+            return Err(RefineError::TooLarge { level, faces, limit: MAX_FACES });
+        }
+    }
+    let plan = match options.mode {
+        Mode::Adaptive { isolate } => Some(forest::plan(&map, &edits, options.rules, scene.corners, isolate)),
+        Mode::Global(_) => None,
+    };
+
+    let mut level = ternary::ternary(mesh, scene.corners, &scene.handles, &scene.face_points);
+    let mut cursors = Cursors::new(&edits);
+    let mut nodes = Vec::new();
+    let mut levels = Vec::new();
+    let mut fates = Vec::new();
+    loop {
+        cursors.apply(&mut level);
+        if level.level == 0 {
+            for &h in &scene.sharp {
+                edit::tag_sharp(&mut level, h);
+            }
+        }
+        let around_polygons = around_polygons(&level);
+        let mut affected = match (&plan, options.mode) {
+            (_, Mode::Global(to)) => vec![level.level < to; level.faces()],
+            (Some(forest), _) => wanted(&level, forest, &nodes),
+            (None, Mode::Adaptive { .. }) => unreachable!("adaptive refinement has a plan"),
+        };
+        if options.rules == Rules::Authors && plan.is_some() {
+            cascade(&level, &mut affected, &around_polygons, scene.corners, options.rules);
+        }
+        fates.push(decide(&level, &affected, &around_polygons, scene.corners, options.rules));
+        if !affected.iter().any(|&a| a) {
+            levels.push(level);
+            break;
+        }
+        let next = catmull_clark::refine(&mut level, &affected, scene.corners);
+        if let Some(forest) = &plan {
+            nodes = descend(&level, forest, &nodes, next.faces());
+        }
+        cursors.descend(&level);
+        levels.push(level);
+        level = next;
+    }
+    Ok(Refinement { levels, fates, corners: scene.corners, rules: options.rules, edit_level })
+}
+
+/// Where each edit not yet applied stands in the level at hand.
+struct Cursors {
+    moves: Vec<(u32, Slot, LocalMove)>,
+    paints: Vec<(u32, Slot, u32, glam::DVec4)>,
+}
+
+impl Cursors {
+    fn new(edits: &Edits) -> Self {
+        // Slots and local half-edges are the same numbers at level 0.
+        Cursors {
+            moves: edits
+                .moves
+                .iter()
+                .map(|m| {
+                    let half_edge = (m.slot >> (2 * m.level)) as u32;
+                    (m.level, m.slot, LocalMove { half_edge, anchor: m.anchor, a: m.a, b: m.b })
+                })
+                .collect(),
+            paints: edits
+                .paints
+                .iter()
+                .map(|p| (p.level, p.slot, (p.slot >> (2 * p.level)) as u32, p.colour))
+                .collect(),
+        }
+    }
+
+    fn apply(&mut self, level: &mut Level) {
+        let now = level.level;
+        let moves: Vec<LocalMove> = self.moves.iter().filter(|m| m.0 == now).map(|m| m.2).collect();
+        edit::move_vertices(level, &moves);
+        let paints: Vec<(u32, glam::DVec4)> = self.paints.iter().filter(|p| p.0 == now).map(|p| (p.2, p.3)).collect();
+        edit::paint(level, &paints);
+        self.moves.retain(|m| m.0 > now);
+        self.paints.retain(|p| p.0 > now);
+    }
+
+    /// One level down; the region of an edit is always refined, so its half-edge is there ([ZHHK22] App. A).
+    fn descend(&mut self, level: &Level) {
+        let child = |h: u32, edit_level: u32, slot: Slot| {
+            let digit = (slot >> (2 * (edit_level - level.level - 1))) & 3;
+            4 * level.child[h as usize] + digit as u32
+        };
+        let refined = |h: u32| level.child[h as usize] < CUT;
+        self.moves.retain(|m| refined(m.2.half_edge));
+        self.paints.retain(|p| refined(p.2));
+        for (l, slot, m) in &mut self.moves {
+            m.half_edge = child(m.half_edge, *l, *slot);
+        }
+        for (l, slot, h, _) in &mut self.paints {
+            *h = child(*h, *l, *slot);
+        }
+    }
+}
+
+fn wanted(level: &Level, forest: &Forest, nodes: &[Node]) -> Vec<bool> {
+    if level.level == 0 {
+        return level.face.iter().map(|&f| forest.wants0(f)).collect();
+    }
+    nodes.iter().map(|&n| n != Node::NONE).collect()
+}
+
+fn descend(level: &Level, forest: &Forest, nodes: &[Node], children: usize) -> Vec<Node> {
+    let mut below = vec![Node::NONE; children];
+    for h in 0..level.half_edges() {
+        let c = level.child[h];
+        if c < CUT {
+            below[c as usize] = match level.level {
+                0 => forest.root(h as u64),
+                _ => forest.child(nodes[h >> 2], h as u32 & 3),
+            };
+        }
+    }
+    below
+}
+
+/// Level 0: vertices of faces that are no quads. Empty where there are none.
+fn around_polygons(level: &Level) -> Vec<bool> {
+    let mut around = Vec::new();
+    for f in level.quads..level.faces() as u32 {
+        if level.valence(f) != 4 {
+            around.resize(level.position.len(), false);
+            for h in level.of_face(f) {
+                around[level.origin[h as usize] as usize] = true;
+            }
+        }
+    }
+    around
+}
+
+/// Whether the surface at the corner of `h` in its face follows no bicubic.
+fn irregular_corner(level: &Level, h: u32, around_polygons: &[bool], corners: CornerRule, rules: Rules) -> bool {
+    use vertex_bits::{DART, EXTRAORDINARY, SECTORS};
+    let v = level.origin[h as usize] as usize;
+    let bits = level.bits[v];
+    if bits & EXTRAORDINARY != 0 || (!around_polygons.is_empty() && around_polygons[v]) {
+        return true;
+    }
+    // The authors' tool takes darts for regular; no bicubic runs into one.
+    if bits & DART != 0 && rules == Rules::Gradtess {
+        return true;
+    }
+    if bits & SECTORS == 0 {
+        return false;
+    }
+    match sector_faces(level, h) {
+        1 => corners == CornerRule::Smooth,
+        n => n > 2,
+    }
+}
+
+/// Faces of the colour sector that the corner of `h` lies in.
+fn sector_faces(level: &Level, h: u32) -> u32 {
+    let mut n = 1;
+    let mut spoke = level.fan_start(h, |s| level.colour_border(s));
+    while let Some(s) = level.spoke_after(spoke) {
+        if level.colour_border(s) {
+            break;
+        }
+        n += 1;
+        spoke = s;
+    }
+    n
+}
+
+/// While an affected face has an irregular corner, all faces around it become affected ([ZHHK22] 4.2).
+fn cascade(level: &Level, affected: &mut [bool], around_polygons: &[bool], corners: CornerRule, rules: Rules) {
+    let mut queue: Vec<u32> = (0..level.faces() as u32).filter(|&f| affected[f as usize]).collect();
+    while let Some(f) = queue.pop() {
+        for h in level.of_face(f) {
+            if irregular_corner(level, h, around_polygons, corners, rules) {
+                level.around(h, |s| {
+                    let g = level.face_of(s);
+                    if !affected[g as usize] && level.inside[g as usize] {
+                        affected[g as usize] = true;
+                        queue.push(g);
+                    }
+                });
+            }
+        }
+    }
+}
+
+fn decide(level: &Level, affected: &[bool], around_polygons: &[bool], corners: CornerRule, rules: Rules) -> Vec<u8> {
+    (0..level.faces() as u32)
+        .map(|f| {
+            if affected[f as usize] {
+                return fate::AFFECTED;
+            }
+            if !level.inside[f as usize] {
+                return 0;
+            }
+            let mut bits = fate::DRAWN;
+            let irregular = |h: u32| irregular_corner(level, h, around_polygons, corners, rules);
+            if level.valence(f) != 4 || level.of_face(f).any(irregular) {
+                bits |= fate::IRREGULAR;
+            }
+            for (i, h) in level.of_face(f).enumerate().take(4) {
+                if level.across(h).is_some_and(|t| affected[level.face_of(t) as usize]) {
+                    bits |= 1 << (fate::TRANSITION + i as u32);
+                }
+            }
+            bits
+        })
+        .collect()
+}
