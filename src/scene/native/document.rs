@@ -42,7 +42,7 @@ pub(super) enum Corners {
     Smooth,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum FrameName {
     #[default]

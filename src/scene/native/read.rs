@@ -279,13 +279,15 @@ impl Check<'_> {
             if let Some((what, fix)) = input.refuse_geometry(&edit) {
                 return Err(self.fault(&path("half_edge"), what, fix));
             }
-            if let Some(vertex) = vertex {
-                self.once(vertices.insert((level, vertex)), &path("vertex"))?;
+            // The vertex is the key where it is given, as in the authors' format: there two half-edges of one vertex
+            // clash, and one half-edge under two keys does not.
+            match vertex {
+                Some(vertex) => self.once(vertices.insert((level, vertex)), &path("vertex"))?,
+                None => self.once(
+                    half_edges.insert((level, half_edge, given.frame)),
+                    &path("half_edge"),
+                )?,
             }
-            self.once(
-                half_edges.insert((level, half_edge, frame == Frame::Boundary)),
-                &path("half_edge"),
-            )?;
             edits.push(edit);
         }
         Ok(edits)
