@@ -147,3 +147,65 @@ fn counts_are_those_of_table_1() {
         );
     }
 }
+
+/// The authors' order: per corner i its point, near and far point of edge i, then what lies inside.
+fn authors_order(points: &[[f64; 8]]) -> Vec<[f64; 8]> {
+    const CORNER: [usize; 4] = [0, 3, 15, 12];
+    const NEAR: [usize; 4] = [1, 7, 14, 8];
+    const FAR: [usize; 4] = [2, 11, 13, 4];
+    const INNER: [usize; 4] = [5, 6, 10, 9];
+    let mut out = Vec::new();
+    for i in 0..4 {
+        out.extend([CORNER[i], NEAR[i], FAR[i], INNER[i]].map(|k| points[k]));
+        if points.len() == 20 {
+            out.push(points[16 + (i + 1) % 4]);
+        }
+    }
+    out
+}
+
+#[test]
+fn control_points_of_every_patch_are_the_authors() {
+    use gradtess::patch::{build, points::Irregular, Kind};
+    let Some(folder) = models("control_points_of_every_patch_are_the_authors") else { return };
+    for entry in std::fs::read_dir(folder.join("dumps")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap().replace("__", "/");
+        let (scene, mesh) = load(&folder.join(format!("{name}.obj")));
+        let map = IndexMap::new(&mesh);
+        let r = refine(&scene, &mesh, Options { rules: Rules::Authors, mode: Mode::Adaptive { isolate: 0 } }).unwrap();
+        let table = build::build(&r, Irregular::Gregory);
+        let dump: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        let mut theirs = BTreeMap::new();
+        for p in dump["patches"].as_array().unwrap() {
+            theirs.insert((p["level"].as_u64().unwrap() as u32, p["face"].as_u64().unwrap()), p);
+        }
+        assert_eq!(theirs.len(), table.faces.len());
+        let (mut worst, mut worst_colour) = (0.0f64, 0.0f64);
+        let mut bad = 0;
+        for face in &table.faces {
+            let slot = gradtess::refine::forest::first_slot(&map, face.level, face.name);
+            let want = theirs[&(face.level, map.face_app_a(face.level, slot))];
+            let greg = face.kind == Kind::Gregory;
+            assert_eq!(want["kind"].as_str().unwrap(), if greg { "gregory" } else { "bicubic" });
+            let mut points = authors_order(&build::face_control(&table, face));
+            // Their lists start at the face's first half-edge even where the patch is turned.
+            let step = if greg { 5 } else { 4 };
+            points.rotate_right(step * face.turn as usize);
+            for (k, (p, q)) in points.iter().zip(want["cp"].as_array().unwrap()).enumerate() {
+                let q: Vec<f64> = q.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+                let dp = (p[0] - q[0]).abs().max((p[1] - q[1]).abs());
+                let dc = (0..3).map(|c| (p[4 + c] - q[2 + c]).abs()).fold(0.0, f64::max);
+                if dp > 2e-5 || dc > 2e-6 {
+                    bad += 1;
+                    if bad < 20 {
+                        println!("{name} level {} face {} {} {:?} point {k}: {p:?} {q:?}", face.level, want["face"], want["kind"], want["transition"]);
+                    }
+                }
+                (worst, worst_colour) = (worst.max(dp), worst_colour.max(dc));
+            }
+        }
+        println!("{name}: control points within {worst:.1e}, colours within {worst_colour:.1e}, {bad} beyond");
+        assert!(bad == 0, "{name}");
+    }
+}

@@ -1,0 +1,100 @@
+//! Face points of Gregory patches: `f+` and `f-` of [LSNC09] 3.3 with the boundary forms of the authors' tool.
+
+use super::points::{colour_of, control, position_of, Points};
+use super::ControlPoint;
+use crate::refine::Rules;
+use crate::subdiv::fan::Linear;
+use crate::subdiv::level::Level;
+use std::f64::consts::TAU;
+
+/// Everything that one face point depends on, for positions or colours.
+struct Edge<V> {
+    /// Control vertex at the corner.
+    v: V,
+    /// What `c1` weighs: the patch corner by [LSNC09] eq. 6; the authors' tool has the control vertex there, which
+    /// differs next to extraordinary vertices.
+    corner: V,
+    /// Bezier points of the edge, near the corner and far.
+    near: V,
+    far: V,
+    /// Neighbour of `v` off the edge in this face.
+    own: V,
+    /// The same in the face across the edge; `None` at a border.
+    other: Option<V>,
+    /// Far end of the edge.
+    end: V,
+    /// Centroids of this face and the one across.
+    centre: V,
+    across: V,
+    /// Valences at `v` and at the far end.
+    valence: [f64; 2],
+}
+
+fn face_point<V: Linear>(e: &Edge<V>) -> V {
+    const D: f64 = 3.0; // quads
+    let [c0, c1] = e.valence.map(|n| (TAU / n).cos());
+    let r = match e.other {
+        // Half the neighbours' difference is that of the edge midpoints towards them.
+        Some(other) => (e.own - other) * (0.5 / 3.0) + (e.centre - e.across) * (2.0 / 3.0),
+        None => (e.own - e.v) * (1.0 / 3.0) + (e.centre - (e.v + e.end) * 0.5) * (4.0 / 3.0),
+    };
+    (e.corner * c1 + e.near * (D - 2.0 * c0 - c1) + e.far * (2.0 * c0) + r) * (1.0 / D)
+}
+
+fn centroid<V: Linear>(level: &Level, f: u32, at: impl Fn(u32) -> V) -> V {
+    let mut sum = V::default();
+    for g in level.of_face(f) {
+        sum = sum + at(g);
+    }
+    sum * (1.0 / f64::from(level.valence(f)))
+}
+
+/// `f+` (along the edge of `h`) or, with `reverse`, `f-` (along the edge before) of the corner at the origin of
+/// `h`. `bezier` are the corner, near and far points of that edge, `valence` the Gregory valences (position,
+/// colour) at the corner and at the edge's far end.
+pub(super) fn face_points(
+    points: &Points,
+    h: u32,
+    reverse: bool,
+    bezier: [&ControlPoint; 3],
+    valence: [[f64; 2]; 2],
+) -> ControlPoint {
+    let level = points.level();
+    let control_vertex = points.style().rules == Rules::Authors;
+    let edge = if reverse { level.prev(h) } else { h };
+    let own = if reverse { level.next(h) } else { level.prev(h) };
+    let end = if reverse { edge } else { level.next(h) };
+    let twin = level.across(edge);
+    // Neighbour of the vertex in the face across: one edge on from where the twin starts, or where it came from.
+    let beyond = twin.map(|t| if reverse { level.prev(t) } else { level.next(level.next(t)) });
+    let f = level.face_of(h);
+
+    let at = |g: u32| level.position[level.origin[g as usize] as usize];
+    let position = face_point(&Edge {
+        v: at(h),
+        corner: if control_vertex { at(h) } else { position_of(bezier[0]) },
+        near: position_of(bezier[1]),
+        far: position_of(bezier[2]),
+        own: at(own),
+        other: beyond.map(at),
+        end: at(end),
+        centre: centroid(level, f, at),
+        across: twin.map_or(at(h), |t| centroid(level, level.face_of(t), at)),
+        valence: [valence[0][0], valence[1][0]],
+    });
+    let tint = |g: u32| level.corner_colour(g);
+    let twin = twin.filter(|_| !level.colour_border(edge));
+    let colour = face_point(&Edge {
+        v: tint(h),
+        corner: if control_vertex { tint(h) } else { colour_of(bezier[0]) },
+        near: colour_of(bezier[1]),
+        far: colour_of(bezier[2]),
+        own: tint(own),
+        other: twin.and(beyond).map(tint),
+        end: tint(end),
+        centre: centroid(level, f, tint),
+        across: twin.map_or(tint(h), |t| centroid(level, level.face_of(t), tint)),
+        valence: [valence[0][1], valence[1][1]],
+    });
+    control(position, colour)
+}
