@@ -1,4 +1,6 @@
 //! gradtess
+pub mod gpu;
+pub mod image;
 pub mod mesh;
 pub mod patch;
 pub mod refine;

@@ -28,6 +28,8 @@
 //!
 //! Two patches that share an edge of one level share its four control points by index.
 
+pub mod eval;
+pub mod pack;
 pub mod transition;
 
 /// Channels of a control point: two vec4. `subdivision`: x, y, 0, 0 and r, g, b, a.

@@ -1,0 +1,47 @@
+// Tessellation levels. Needs: part.glsl. CPU twin: src/gpu/tess.rs (fixed levels) and eval::pixel_level.
+
+const float MAX_LEVEL = 64.0;
+
+// Length in pixels of the polygon p0 p1 p2 p3; the same bits from either end.
+float polygon_pixels(vec2 p0, vec2 p1, vec2 p2, vec2 p3)
+{
+    precise vec2 d0 = (p1 - p0) * push.pixels;
+    precise vec2 d1 = (p2 - p1) * push.pixels;
+    precise vec2 d2 = (p3 - p2) * push.pixels;
+    precise float l0 = sqrt(d0.x * d0.x + d0.y * d0.y);
+    precise float l1 = sqrt(d1.x * d1.x + d1.y * d1.y);
+    precise float l2 = sqrt(d2.x * d2.x + d2.y * d2.y);
+    precise float l = (l0 + l2) + l1;
+    return l;
+}
+
+// Level of side i by the screen-space rule: an integer, 1 to 64.
+float pixel_level(int i)
+{
+    vec2 p[4];
+    if (is_inner(i)) {
+        p[0] = control_a[corner_point(i)].xy;
+        p[1] = surface(inner_uv(i, 2.0 / 3.0, 1.0 / 3.0)).a.xy;
+        p[2] = surface(inner_uv(i, 1.0 / 3.0, 2.0 / 3.0)).a.xy;
+        p[3] = control_a[corner_point(next_corner(i))].xy;
+    } else {
+        ivec4 q = side_points(i);
+        p[0] = control_a[q.x].xy;
+        p[1] = control_a[q.y].xy;
+        p[2] = control_a[q.z].xy;
+        p[3] = control_a[q.w].xy;
+    }
+    precise float level = ceil(polygon_pixels(p[0], p[1], p[2], p[3]) / push.tess.w);
+    // The comparison is false for NaN, which becomes the greatest level.
+    return level <= MAX_LEVEL ? max(level, 1.0) : MAX_LEVEL;
+}
+
+// Level of side i: one of the three fixed levels, or by length in pixels.
+float side_level(int i)
+{
+    if (push.tess.w > 0.0) {
+        return pixel_level(i);
+    }
+    uint code = side_code(i);
+    return code == 0u ? push.tess.z : code >= 8u ? push.tess.y : push.tess.x;
+}

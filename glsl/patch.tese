@@ -1,0 +1,118 @@
+#version 450
+#extension GL_GOOGLE_include_directive : require
+// Evaluates the face. On the sides of the domain the parameter is snapped to k/L and the side's own cubic is
+// evaluated from its four control points, so that neighbours get the same bits. CPU twin: eval::vertex.
+// Compiled for GREGORY 0, 1 and SHAPE 0, 1, 2; with READBACK the point goes to a buffer too.
+#include "inc/layout.glsl"
+
+#if SHAPE == 1
+layout(triangles, equal_spacing, ccw) in;
+#else
+layout(quads, equal_spacing, ccw) in;
+#endif
+
+layout(location = 0) in vec4 control_a[];
+layout(location = 1) in vec4 control_b[];
+
+#include "inc/bezier.glsl"
+#include "inc/face.glsl"
+#include "inc/part.glsl"
+
+#ifdef READBACK
+// CPU twin: src/gpu/layout.rs, `Record`.
+struct Record {
+    uvec4 place; // range, patch, 0, 0
+    vec4 coord;  // gl_TessCoord, 0
+    vec4 outer;  // level of sides 0 to 3
+    vec4 a;
+    vec4 b;
+};
+layout(set = 0, binding = 0, std430) buffer Records {
+    uint count;
+    uint capacity;
+    uint pad0;
+    uint pad1;
+    Record records[];
+};
+#else
+layout(location = 0) out vec4 colour;
+#endif
+
+// Nearer than this to a side means on it: interior vertices are at least 1/100 away, rounding at most 1e-6.
+const float ON_SIDE = 1.0 / 512.0;
+
+// The side that the vertex lies on, or -1.
+int side_of(vec3 c)
+{
+#if SHAPE == 1
+    return c.z < ON_SIDE ? 0 : c.x < ON_SIDE ? 1 : c.y < ON_SIDE ? 2 : -1;
+#else
+    return c.y < ON_SIDE ? 0 : c.x > 1.0 - ON_SIDE ? 1 : c.y > 1.0 - ON_SIDE ? 2 : c.x < ON_SIDE ? 3 : -1;
+#endif
+}
+
+// Parameter along a side, from its corner on.
+float along(int side, vec3 c)
+{
+#if SHAPE == 1
+    return side == 0 ? c.y : side == 1 ? c.z : c.x;
+#else
+    return side == 0 ? c.x : side == 1 ? c.y : side == 2 ? 1.0 - c.x : 1.0 - c.y;
+#endif
+}
+
+// Inside of the drawn domain, mapped into the face's.
+vec2 inside_uv(vec3 c)
+{
+#if SHAPE == 0
+    return c.xy;
+#elif SHAPE == 1
+    return c.x * corner_uv(0) + c.y * corner_uv(1) + c.z * corner_uv(2);
+#else
+    vec2 low = mix(corner_uv(0), corner_uv(1), c.x);
+    vec2 high = mix(corner_uv(3), corner_uv(2), c.x);
+    return mix(low, high, c.y);
+#endif
+}
+
+Value vertex(vec3 c)
+{
+    int side = side_of(c);
+    if (side < 0) {
+        return surface(inside_uv(c));
+    }
+    float level = gl_TessLevelOuter[outer_of(side)];
+    float k = floor(along(side, c) * level + 0.5);
+    if (k <= 0.0 || k >= level) {
+        int p = corner_point(k <= 0.0 ? side : next_corner(side));
+        return Value(control_a[p], control_b[p]);
+    }
+    precise float t = k / level;
+    precise float s = (level - k) / level;
+    if (is_inner(side)) {
+        return surface(inner_uv(side, s, t));
+    }
+    vec4 w = bernstein(s, t);
+    ivec4 q = side_points(side);
+    return Value(cubic(w, control_a[q.x], control_a[q.y], control_a[q.z], control_a[q.w]),
+                 cubic(w, control_b[q.x], control_b[q.y], control_b[q.z], control_b[q.w]));
+}
+
+void main()
+{
+    Value v = vertex(gl_TessCoord);
+#ifdef READBACK
+    uint i = atomicAdd(count, 1u);
+    if (i < capacity) {
+        vec4 outer = vec4(1.0);
+        for (int k = 0; k < SIDES; k++) {
+            outer[k] = gl_TessLevelOuter[outer_of(k)];
+        }
+        records[i] = Record(uvec4(push.range, push.patch_index, 0u, 0u), vec4(gl_TessCoord, 0.0), outer, v.a, v.b);
+    }
+#else
+    colour = v.b;
+#endif
+    precise vec2 ndc = v.a.xy * push.view.xy + push.view.zw;
+    gl_Position = vec4(ndc, 0.0, 1.0);
+}

@@ -1,0 +1,165 @@
+//! The GPU room: uploads a [`PatchTable`], draws it with the fixed-function tessellator, and reads back pictures, times
+//! and evaluated points. The only room with `unsafe`, because Vulkan is a C interface.
+//!
+//! ```text
+//!   PatchTable --pack--> DeviceTable --Frame--> PreparedFrame --run--> FrameTimes, Pixels
+//!                             \--- evaluate --> EvaluatedPoint
+//! ```
+//!
+//! Rules of the room:
+//! * Every call that submits work waits for it, so nothing is in use when it is dropped.
+//! * Every object holds the device alive, carries a name, and is destroyed by its own `Drop`.
+//! * No shader asks for `gl_PrimitiveID`; what differs from patch to patch travels in its control points.
+//! * Errors name the call and the object ([`GpuError`]).
+#![allow(unsafe_code)] // Vulkan is a C interface; every block says why it is sound.
+
+mod canary;
+mod context;
+mod device;
+mod draw;
+mod error;
+mod instance;
+mod layout;
+mod memory;
+mod pipeline;
+mod query;
+mod readback;
+mod shader;
+mod show;
+mod table;
+mod target;
+mod tess;
+
+pub use canary::{Canary, CANARIES};
+pub use device::{DeviceInfo, Limits};
+pub use draw::{Format, Frame, FrameTimes, Pixels, PreparedFrame, Rendered};
+pub use error::GpuError;
+pub use instance::Message;
+pub use query::{GpuTimes, Statistics};
+pub use readback::EvaluatedPoint;
+pub use show::{level_colour, patch_colour, Show, WIRE_COLOUR};
+pub use table::DeviceTable;
+pub use tess::{quad_vertices, triangle_vertices, Levels, TessRule, MAX_LEVEL};
+
+use crate::patch::PatchTable;
+use context::Context;
+use instance::Instance;
+use pipeline::Pipelines;
+use std::rc::Rc;
+
+/// How to open a device.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct GpuOptions {
+    /// Index or part of the name (any case); `None`: the usable device that is probably fastest.
+    pub device: Option<String>,
+    /// Load the validation layer with synchronisation checks, and collect what it says.
+    pub validate: bool,
+}
+
+/// An open device.
+pub struct Gpu {
+    // Before the context, of which it holds a reference.
+    pipelines: Pipelines,
+    context: Rc<Context>,
+}
+
+/// The devices there are, usable or not, in the order of their indices.
+///
+/// # Errors
+/// There is no Vulkan loader, or it failed.
+pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
+    let instance = Instance::new(false)?;
+    Ok(device::list(&instance)?
+        .into_iter()
+        .map(|candidate| candidate.info)
+        .collect())
+}
+
+impl Gpu {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// No loader, no validation layer (when asked for), no such device, or one that lacks what is needed.
+    pub fn new(options: &GpuOptions) -> Result<Gpu, GpuError> {
+        let instance = Instance::new(options.validate)?;
+        let candidate = device::choose(device::list(&instance)?, options.device.as_deref())?;
+        let context = Rc::new(Context::new(instance, candidate)?);
+        Ok(Gpu {
+            pipelines: Pipelines::new(&context)?,
+            context,
+        })
+    }
+
+    /// The device that was opened.
+    pub fn device(&self) -> &DeviceInfo {
+        &self.context.info
+    }
+
+    /// Whatever the validation layer has reported so far, oldest first. Always empty without validation.
+    pub fn messages(&self) -> Vec<Message> {
+        self.context.instance.messages()
+    }
+
+    /// Makes a deliberate mistake and returns what the validation layer said to it: nothing means that it does not
+    /// listen. These messages do not count in [`Gpu::messages`].
+    ///
+    /// # Errors
+    /// A call failed that should not have.
+    pub fn canary(&self, canary: Canary) -> Result<Vec<Message>, GpuError> {
+        canary::sing(&self.context, canary)
+    }
+
+    /// Casts a table to f32 and copies it to the device.
+    ///
+    /// # Errors
+    /// The table contradicts itself or is too large, or memory ran out.
+    pub fn upload(&self, table: &PatchTable) -> Result<DeviceTable, GpuError> {
+        table::upload(&self.context, table)
+    }
+
+    /// Makes everything a frame needs, to run it as often as wanted.
+    ///
+    /// # Errors
+    /// The frame is senseless or too large, the device lacks a feature it needs, or memory ran out.
+    pub fn prepare<'t>(
+        &self,
+        table: &'t DeviceTable,
+        frame: &Frame,
+    ) -> Result<PreparedFrame<'t>, GpuError> {
+        PreparedFrame::new(&self.context, &self.pipelines, table, frame)
+    }
+
+    /// Draws a picture: [`Gpu::prepare`], one run, and the statistics if asked for.
+    ///
+    /// # Errors
+    /// As [`Gpu::prepare`] and [`PreparedFrame::run`].
+    pub fn render(&self, table: &DeviceTable, frame: &Frame) -> Result<Rendered, GpuError> {
+        let prepared = self.prepare(table, frame)?;
+        let times = prepared.run(true)?;
+        Ok(Rendered {
+            width: frame.width,
+            height: frame.height,
+            pixels: prepared.pixels()?,
+            times,
+            statistics: if frame.statistics {
+                Some(prepared.statistics()?)
+            } else {
+                None
+            },
+        })
+    }
+
+    /// Every vertex that the device makes of a table, sorted by range, patch and coordinate. `scale` is pixels a model
+    /// unit along x and y ([`Frame::scale`]); it matters for [`TessRule::Pixels`] only.
+    ///
+    /// # Errors
+    /// [`GpuError::Lacks`] on devices without stores in vertex stages; or a call failed.
+    pub fn evaluate(
+        &self,
+        table: &DeviceTable,
+        tess: TessRule,
+        scale: [f64; 2],
+    ) -> Result<Vec<EvaluatedPoint>, GpuError> {
+        readback::evaluate(&self.context, &self.pipelines, table, tess, scale)
+    }
+}

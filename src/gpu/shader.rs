@@ -1,0 +1,96 @@
+//! The compiled shaders, embedded. `tools/shaders.rs` makes them from `glsl/`.
+
+use super::context::Context;
+use super::error::{GpuError, Named};
+use super::pipeline::Shape;
+use crate::patch::Kind;
+use ash::vk;
+use std::rc::Rc;
+
+/// Name and words of an embedded shader.
+pub(super) struct Spv {
+    pub name: &'static str,
+    bytes: &'static [u8],
+}
+
+macro_rules! spv {
+    ($name:literal) => {
+        Spv {
+            name: $name,
+            bytes: include_bytes!(concat!("../../spv/", $name, ".spv")),
+        }
+    };
+}
+
+/// Hands control points on.
+pub(super) const VERTEX: Spv = spv!("patch.vert");
+/// Colours pixels.
+pub(super) const FRAGMENT: Spv = spv!("colour.frag");
+
+/// Sets the levels.
+pub(super) fn control(kind: Kind, shape: Shape) -> Spv {
+    match (kind, shape) {
+        (Kind::Bicubic, Shape::Whole) => spv!("bicubic.tesc"),
+        (Kind::Bicubic, Shape::Triangle) => spv!("bicubic_triangle.tesc"),
+        (Kind::Bicubic, Shape::Quad) => spv!("bicubic_quad.tesc"),
+        (Kind::Gregory, Shape::Whole) => spv!("gregory.tesc"),
+        (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle.tesc"),
+        (Kind::Gregory, Shape::Quad) => spv!("gregory_quad.tesc"),
+    }
+}
+
+/// Evaluates vertices for drawing.
+pub(super) fn evaluation(kind: Kind, shape: Shape) -> Spv {
+    match (kind, shape) {
+        (Kind::Bicubic, Shape::Whole) => spv!("bicubic.tese"),
+        (Kind::Bicubic, Shape::Triangle) => spv!("bicubic_triangle.tese"),
+        (Kind::Bicubic, Shape::Quad) => spv!("bicubic_quad.tese"),
+        (Kind::Gregory, Shape::Whole) => spv!("gregory.tese"),
+        (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle.tese"),
+        (Kind::Gregory, Shape::Quad) => spv!("gregory_quad.tese"),
+    }
+}
+
+/// Evaluates vertices and writes them to a buffer.
+pub(super) fn readback(kind: Kind, shape: Shape) -> Spv {
+    match (kind, shape) {
+        (Kind::Bicubic, Shape::Whole) => spv!("bicubic_readback.tese"),
+        (Kind::Bicubic, Shape::Triangle) => spv!("bicubic_triangle_readback.tese"),
+        (Kind::Bicubic, Shape::Quad) => spv!("bicubic_quad_readback.tese"),
+        (Kind::Gregory, Shape::Whole) => spv!("gregory_readback.tese"),
+        (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle_readback.tese"),
+        (Kind::Gregory, Shape::Quad) => spv!("gregory_quad_readback.tese"),
+    }
+}
+
+/// A shader module; it is needed only until the pipeline is made.
+pub(super) struct Module {
+    context: Rc<Context>,
+    pub handle: vk::ShaderModule,
+}
+
+impl Module {
+    pub fn new(context: &Rc<Context>, spv: &Spv) -> Result<Module, GpuError> {
+        let words: Vec<u32> = spv
+            .bytes
+            .chunks_exact(4)
+            .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect();
+        let info = vk::ShaderModuleCreateInfo::builder().code(&words);
+        // SAFETY: the words are SPIR-V that spirv-val accepted (tests/spirv.rs).
+        let handle = unsafe { context.device.create_shader_module(&info, None) }
+            .named("vkCreateShaderModule", spv.name)?;
+        context.name(handle, spv.name);
+        Ok(Module {
+            context: Rc::clone(context),
+            handle,
+        })
+    }
+}
+
+impl Drop for Module {
+    fn drop(&mut self) {
+        // SAFETY: pipelines do not need their modules once made.
+        unsafe { self.context.device.destroy_shader_module(self.handle, None) };
+    }
+}

@@ -1,0 +1,38 @@
+//! The one cast from f64 to f32: what the GPU gets of a patch table.
+
+use super::PatchTable;
+
+/// A patch table in the GPU's precision.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PackedTable {
+    /// Control points, 32 bytes each: two vec4.
+    pub control: Vec<[f32; 8]>,
+    /// Index arrays of all ranges, as in [`PatchTable::indices`].
+    pub indices: Vec<u32>,
+}
+
+/// Rounds every channel to the nearest f32. Negative zero becomes zero, so that equal numbers are equal bits.
+pub fn pack(table: &PatchTable) -> PackedTable {
+    PackedTable {
+        control: table
+            .control
+            .iter()
+            .map(|point| point.map(|x| x as f32 + 0.0))
+            .collect(),
+        indices: table.indices.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn negative_zero_becomes_zero() {
+        let table = PatchTable {
+            control: vec![[-0.0; 8]],
+            ..PatchTable::default()
+        };
+        assert_eq!(pack(&table).control[0].map(f32::to_bits), [0; 8]);
+    }
+}
