@@ -4,6 +4,7 @@ use glam::{DVec2, DVec4};
 use gradtess::scene::{
     authors, native, shapes, ColourEdit, CornerRule, Frame, GeometryEdit, Handle, Scene, SceneError,
 };
+use gradtess::{mesh::build, subdiv::index_map::IndexMap};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -92,27 +93,74 @@ fn authors_models_hold_what_their_lines_say() {
     }
 }
 
+/// The scenes of this project.
+fn our_scenes() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let mut found = Vec::new();
+    for folder in [root.clone(), root.join("unit")] {
+        let entries = std::fs::read_dir(&folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().path());
+        found.extend(
+            entries.filter(|p| {
+                p.extension().is_some_and(|e| e == "json") && !p.ends_with("schema.json")
+            }),
+        );
+    }
+    found.sort();
+    assert!(found.len() >= 20, "only {} scenes", found.len());
+    found
+}
+
 #[test]
 fn our_scenes_load_and_survive() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let mut count = 0;
-    for folder in [root.clone(), root.join("unit")] {
-        for entry in std::fs::read_dir(&folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.extension().is_none_or(|e| e != "json") || path.ends_with("schema.json") {
-                continue;
-            }
-            let scene = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
-            assert_eq!(
-                without_lines(through_native(&scene)),
-                without_lines(scene),
-                "{}",
+    for path in our_scenes() {
+        let scene = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(
+            without_lines(through_native(&scene)),
+            without_lines(scene),
+            "{}",
+            path.display()
+        );
+    }
+}
+
+/// The vertex numbers that files give are those of the vertices that their half-edges move, and colour edits stand at
+/// vertices whose colour may be edited.
+#[test]
+fn edits_name_the_vertices_they_mean() {
+    for path in our_scenes().into_iter().chain(authors_models()) {
+        let scene = Scene::load(&path).unwrap();
+        let mesh = build(&scene.mesh).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let map = IndexMap::new(&mesh);
+        let slot = |level, id| map.from_app_a(level, id).unwrap();
+        for edit in &scene.geometry {
+            let l = edit.level;
+            let ends_in = |id| map.vertex(l, map.next(l, slot(l, id)));
+            let moved = match (edit.frame, map.boundary_twin_app_a(l, edit.half_edge)) {
+                (Frame::Sector, None) => map.vertex(l, slot(l, edit.half_edge)),
+                (Frame::Sector, Some(inside)) => ends_in(inside),
+                (Frame::Boundary, _) => {
+                    let d = slot(l, edit.half_edge);
+                    assert!(
+                        map.twin(l, d).is_none(),
+                        "{}: {edit:?} is not on the boundary",
+                        path.display()
+                    );
+                    ends_in(edit.half_edge)
+                }
+            };
+            assert!(
+                edit.vertex.is_none_or(|v| v == moved),
+                "{}: {edit:?} moves {moved}",
                 path.display()
             );
-            count += 1;
+        }
+        for edit in &scene.colours {
+            let editable = map.is_colour_vertex(edit.level, slot(edit.level, edit.half_edge));
+            assert!(editable, "{}: {edit:?}", path.display());
         }
     }
-    assert!(count >= 20, "only {count} scenes");
 }
 
 /// The schema and the reader are written apart; every key the reader knows has to stand in the schema and back.
@@ -266,7 +314,8 @@ fn scene() -> impl Strategy<Value = Scene> {
         let (vertices, half_edges) = (mesh.positions.len(), mesh.corners.len());
         let fine = 9 * half_edges as u64;
         let some = move || prop::collection::btree_set(0..half_edges as u32, 0..half_edges);
-        let points = move || prop::collection::btree_map(0..half_edges as u32, point(), 0..half_edges);
+        let points =
+            move || prop::collection::btree_map(0..half_edges as u32, point(), 0..half_edges);
         let per_corner = prop::collection::vec(colour(), half_edges);
         let geometry = (0..4u32, any::<bool>(), any::<bool>(), real(), real());
         (
@@ -277,37 +326,54 @@ fn scene() -> impl Strategy<Value = Scene> {
             prop::collection::btree_map(0..fine, geometry, 0..6),
             prop::collection::btree_map((0..4u32, 0..fine), colour(), 0..6),
         )
-            .prop_map(move |((name, smooth), positions, initial, tags, geometry, colours)| {
-                let handles = |points: std::collections::BTreeMap<u32, DVec2>| {
-                    points.into_iter().map(|(half_edge, at)| Handle { half_edge, at }).collect()
-                };
-                let mut mesh = mesh.clone();
-                mesh.positions = positions;
-                Scene {
-                    name,
-                    mesh,
-                    corners: if smooth { CornerRule::Smooth } else { CornerRule::Sharp },
-                    corner_colours: initial.unwrap_or_default(),
-                    sharp: tags.0.into_iter().collect(),
-                    handles: handles(tags.1),
-                    face_points: handles(tags.2),
-                    geometry: geometry
-                        .into_iter()
-                        .map(|(half_edge, (level, known, beyond, a, b))| GeometryEdit {
-                            level,
-                            half_edge,
-                            vertex: known.then_some(half_edge + 7),
-                            a,
-                            b,
-                            frame: if beyond { Frame::Boundary } else { Frame::Sector },
-                        })
-                        .collect(),
-                    colours: colours
-                        .into_iter()
-                        .map(|((level, half_edge), colour)| ColourEdit { level, half_edge, colour })
-                        .collect(),
-                }
-            })
+            .prop_map(
+                move |((name, smooth), positions, initial, tags, geometry, colours)| {
+                    let handles = |points: std::collections::BTreeMap<u32, DVec2>| {
+                        points
+                            .into_iter()
+                            .map(|(half_edge, at)| Handle { half_edge, at })
+                            .collect()
+                    };
+                    let mut mesh = mesh.clone();
+                    mesh.positions = positions;
+                    Scene {
+                        name,
+                        mesh,
+                        corners: if smooth {
+                            CornerRule::Smooth
+                        } else {
+                            CornerRule::Sharp
+                        },
+                        corner_colours: initial.unwrap_or_default(),
+                        sharp: tags.0.into_iter().collect(),
+                        handles: handles(tags.1),
+                        face_points: handles(tags.2),
+                        geometry: geometry
+                            .into_iter()
+                            .map(|(half_edge, (level, known, beyond, a, b))| GeometryEdit {
+                                level,
+                                half_edge,
+                                vertex: known.then_some(half_edge + 7),
+                                a,
+                                b,
+                                frame: if beyond {
+                                    Frame::Boundary
+                                } else {
+                                    Frame::Sector
+                                },
+                            })
+                            .collect(),
+                        colours: colours
+                            .into_iter()
+                            .map(|((level, half_edge), colour)| ColourEdit {
+                                level,
+                                half_edge,
+                                colour,
+                            })
+                            .collect(),
+                    }
+                },
+            )
     })
 }
 

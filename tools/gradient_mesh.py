@@ -166,7 +166,9 @@ class Level(Topology):
         """Sets colours of sectors, spreads them over the one-ring and finds the new sharp edges."""
         for h, colour in edits:
             self.colours[h] = colour
-        for h in [h for h, _ in edits]:
+        edited = {self.origin[h] for h, _ in edits}
+        # Sectors of an edited vertex spread their colour whether they are edited themselves or not.
+        for h in [h for h in range(self.interior) if self.origin[h] in edited]:
             colour = self.colours[h]
             to_c = self.next[h]
             from_d = self.prev[h]
