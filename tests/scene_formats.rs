@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 mod mutate;
 
-/// The models of the authors of [ZHHK22], where they are at hand.
+/// The models of the authors of ZHHK22, where they are at hand.
 fn authors_models() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models/paper");
     let mut found = Vec::new();

@@ -1,7 +1,7 @@
 """Subdivision gradient meshes for drawing scripts: names and places of everything that can be edited.
 
 A slow, plain second implementation of M^l = C^l T M, used to draw scenes and never by the program itself. Numbers follow
-[ZHHK22] App. A: interior half-edges first, face by face; half-edge k of an input face ends in the face's vertex k.
+ZHHK22 App. A: interior half-edges first, face by face; half-edge k of an input face ends in the face's vertex k.
 Positions are complex numbers, colours tuples.
 """
 

@@ -5,7 +5,7 @@
 //! `crate::mesh`.
 //!
 //! Two formats are read, told apart by content: the native JSON ([`native`]) and the model format of the authors of
-//! [ZHHK22] ([`authors`]). [ZHHK22]: feature-adaptive and hierarchical subdivision gradient meshes.
+//! ZHHK22 ([`authors`]). ZHHK22: feature-adaptive and hierarchical subdivision gradient meshes.
 
 pub mod authors;
 mod error;
@@ -44,7 +44,7 @@ pub struct InputMesh {
     pub face_line: Vec<u32>,
 }
 
-/// How a geometry edit writes its displacement ([ZHHK22] 3.3, Fig. 3).
+/// How a geometry edit writes its displacement (ZHHK22 3.3, Fig. 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frame {
     /// `dV = a e1 + b e2`, `e1` along the half-edge from the moved vertex, `e2` along the next spoke.
@@ -58,7 +58,7 @@ pub enum Frame {
 pub struct GeometryEdit {
     /// Level of the mesh the edit belongs to; 0 is the mesh after the ternary step.
     pub level: u32,
-    /// Half-edge of M^level in the numbering of [ZHHK22] App. A. It leaves the moved vertex
+    /// Half-edge of M^level in the numbering of ZHHK22 App. A. It leaves the moved vertex
     /// ([`Frame::Sector`]), or is the interior twin of the boundary half-edge that leaves it ([`Frame::Boundary`]).
     pub half_edge: u64,
     /// Number of the moved vertex in M^level, when the file gives it. Only a key: the half-edge decides which vertex moves.
@@ -76,7 +76,7 @@ pub struct GeometryEdit {
 pub struct ColourEdit {
     /// Level of the mesh the edit belongs to.
     pub level: u32,
-    /// Half-edge of M^level ([ZHHK22] App. A numbering); its origin is the vertex, its face the sector.
+    /// Half-edge of M^level (ZHHK22 App. A numbering); its origin is the vertex, its face the sector.
     pub half_edge: u64,
     /// Red, green, blue, alpha; sRGB, straight alpha, 0 to 1.
     pub colour: DVec4,

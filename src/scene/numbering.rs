@@ -1,4 +1,4 @@
-//! How many half-edges each level has, and which input half-edges are twins ([ZHHK22] App. A numbering).
+//! How many half-edges each level has, and which input half-edges are twins (ZHHK22 App. A numbering).
 //!
 //! An edit names a half-edge of M^level. Its range follows from two numbers of the input mesh alone, so a reader can
 //! refuse a wrong edit without building any mesh.

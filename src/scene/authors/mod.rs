@@ -1,4 +1,4 @@
-//! The model format of the authors of [ZHHK22]: lines of `v`, `f`, `ve` and `ce`, numbers in single precision.
+//! The model format of the authors of ZHHK22: lines of `v`, `f`, `ve` and `ce`, numbers in single precision.
 //!
 //! ```text
 //! v X Y                                      input vertex; further numbers are ignored
