@@ -91,7 +91,7 @@ fn meshes_of_every_level_are_the_authors() {
             let r = refine(&scene, &mesh, Options { rules: Rules::Authors, mode: Mode::Global(l) }).unwrap();
             let level = r.levels.last().unwrap();
             let list = |key: &str| want[key].as_array().unwrap();
-            assert_eq!(list("vertices").len(), level.position.len());
+            assert_eq!(list("vertices").len(), level.vertices());
             assert_eq!(list("face_first_he").len(), level.faces());
             let (mut worst, mut worst_colour) = (0.0f64, 0.0f64);
             for h in 0..level.half_edges() as u32 {
@@ -99,7 +99,7 @@ fn meshes_of_every_level_are_the_authors() {
                 let slot = if l == 0 { u64::from(h) } else { slot };
                 let id = map.to_app_a(l, slot) as usize;
                 let v = map.vertex(l, slot) as usize;
-                let p = level.position[level.origin[h as usize] as usize];
+                let p = level.position(h);
                 let q = &list("vertices")[v];
                 worst = worst.max((p.x - q[0].as_f64().unwrap()).abs()).max((p.y - q[1].as_f64().unwrap()).abs());
                 assert_eq!(list("he_target")[id].as_u64().unwrap(), map.vertex(l, map.next(l, slot)));

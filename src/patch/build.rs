@@ -73,7 +73,7 @@ impl Builder {
         let mut buckets = vec![Vec::new(); BUCKETS];
         buckets[0].reserve(16 * drawn);
         let table = PatchTable {
-            control: Vec::with_capacity(10 * drawn),
+            control: Vec::with_capacity(12 * drawn),
             faces: Vec::with_capacity(drawn),
             ..PatchTable::default()
         };
@@ -91,16 +91,26 @@ impl Builder {
         let kind = if gregory { Kind::Gregory } else { Kind::Bicubic };
 
         let mut ids = [0u32; 20];
-        for (i, &h) in half_edges.iter().enumerate() {
-            ids[CORNER[i]] = points.corner(h, &mut self.table.control);
-            [ids[NEAR[i]], ids[FAR[i]]] = points.edge(h, &mut self.table.control);
-        }
-        if gregory {
-            self.gregory_points(&half_edges, &mut ids, points);
+        if points.is_plain(half_edges) {
+            let plain = points.regular_face(half_edges, &mut self.table.control);
+            for i in 0..4 {
+                ids[CORNER[i]] = plain.corner[i];
+                ids[NEAR[i]] = plain.near[i];
+                ids[FAR[i]] = plain.far[i];
+                ids[INNER[i]] = plain.inner[i];
+            }
         } else {
             for (i, &h) in half_edges.iter().enumerate() {
-                let inner = points.inner(h);
-                ids[INNER[i]] = self.push(inner);
+                ids[CORNER[i]] = points.corner(h, &mut self.table.control);
+                [ids[NEAR[i]], ids[FAR[i]]] = points.edge(h, &mut self.table.control);
+            }
+            if gregory {
+                self.gregory_points(&half_edges, &mut ids, points);
+            } else {
+                for (i, &h) in half_edges.iter().enumerate() {
+                    let inner = points.inner(h);
+                    ids[INNER[i]] = self.push(inner);
+                }
             }
         }
 

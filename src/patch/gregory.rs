@@ -4,8 +4,8 @@ use super::points::{colour_of, control, position_of, Points};
 use super::ControlPoint;
 use crate::refine::Rules;
 use crate::subdiv::fan::Linear;
-use crate::subdiv::level::Level;
-use std::f64::consts::TAU;
+use crate::subdiv::limit::cosine;
+use crate::subdiv::level::{Level, Value};
 
 /// Everything that one face point depends on, for positions or colours.
 struct Edge<V> {
@@ -32,7 +32,7 @@ struct Edge<V> {
 
 fn face_point<V: Linear>(e: &Edge<V>) -> V {
     const D: f64 = 3.0; // quads
-    let [c0, c1] = e.valence.map(|n| (TAU / n).cos());
+    let [c0, c1] = e.valence.map(|n| cosine(2, n as usize));
     let r = match e.other {
         // Half the neighbours' difference is that of the edge midpoints towards them.
         Some(other) => (e.own - other) * (0.5 / 3.0) + (e.centre - e.across) * (2.0 / 3.0),
@@ -69,7 +69,7 @@ pub(super) fn face_points(
     let beyond = twin.map(|t| if reverse { level.prev(t) } else { level.next(level.next(t)) });
     let f = level.face_of(h);
 
-    let at = |g: u32| level.position[level.origin[g as usize] as usize];
+    let at = |g: u32| level.position(g);
     let position = face_point(&Edge {
         v: at(h),
         corner: if control_vertex { at(h) } else { position_of(bezier[0]) },
@@ -96,5 +96,5 @@ pub(super) fn face_points(
         across: twin.map_or(tint(h), |t| centroid(level, level.face_of(t), tint)),
         valence: [valence[0][1], valence[1][1]],
     });
-    control(position, colour)
+    control(Value { p: position, c: colour })
 }

@@ -28,8 +28,11 @@
 //!
 //! Two patches that share an edge of one level share its four control points by index.
 
+pub mod build;
 pub mod eval;
+mod gregory;
 pub mod pack;
+pub mod points;
 pub mod transition;
 
 /// Channels of a control point: two vec4. `subdivision`: x, y, 0, 0 and r, g, b, a.
@@ -81,15 +84,15 @@ impl DrawRange {
 pub struct Face {
     /// Level the face lives at.
     pub level: u32,
-    /// Face number in the global mesh of that level ([ZHHK22] App. A).
-    pub face: u64,
-    /// The half-edge that leaves corner A, App. A numbering. For a transition face the patch may start at
-    /// another half-edge than the face does: `turn` says by how many edges.
-    pub first_half_edge: u64,
-    /// Edges from the face's own first half-edge to the one that leaves corner A (0 to 3).
+    /// Name of the face: its number in M^0, or the slot one level up that it grew from
+    /// (`subdiv::index_map`, which turns it into the numbers of [ZHHK22] App. A).
+    pub name: u64,
+    /// Edges from the face's own first half-edge to the one that leaves corner A (0 to 3): transition faces are turned.
     pub turn: u8,
     /// Bicubic or Gregory.
     pub kind: Kind,
+    /// Whether the face is irregular; drawn as a bicubic all the same where [LS08] stands in for Gregory patches.
+    pub irregular: bool,
     /// Bit i: edge i from corner A is a transition edge. 0: not a transition face.
     pub transition: u8,
     /// First of the face's 16 or 20 entries in [`PatchTable::indices`].

@@ -14,7 +14,7 @@ use crate::mesh::NONE;
 use crate::refine::Rules;
 use crate::scene::CornerRule;
 use crate::subdiv::fan::{colour_fan, position_fan, Fan, Linear};
-use crate::subdiv::level::{vertex_bits, Level, CUT};
+use crate::subdiv::level::{vertex_bits, Level, Value, CUT};
 use crate::subdiv::limit;
 use glam::{DVec2, DVec4};
 use vertex_bits::{BOUNDARY, DART, EXTRAORDINARY, SECTORS};
@@ -52,11 +52,28 @@ pub struct Points<'a> {
     edge: Vec<[u32; 2]>,
     positions: Fan<DVec2>,
     colours: Fan<DVec4>,
+    /// Vertex and tint that the fans were last gathered for.
+    fan_vertex: u32,
+    fan_tint: u32,
+}
+
+/// Indices of the control points of a plain bicubic face, by corner and edge.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RegularFace {
+    /// Corners A to D.
+    pub corner: [u32; 4],
+    /// Edge points near the corner that the edge leaves.
+    pub near: [u32; 4],
+    /// Edge points near the corner that the edge ends in.
+    pub far: [u32; 4],
+    /// Inner points.
+    pub inner: [u32; 4],
 }
 
 /// Control point from its channels.
-pub(super) fn control(p: DVec2, c: DVec4) -> ControlPoint {
-    [p.x, p.y, 0.0, 0.0, c.x, c.y, c.z, c.w]
+#[inline]
+pub(super) fn control(v: Value) -> ControlPoint {
+    [v.p.x, v.p.y, 0.0, 0.0, v.c.x, v.c.y, v.c.z, v.c.w]
 }
 
 /// Position of a control point.
@@ -91,11 +108,13 @@ impl<'a> Points<'a> {
         Points {
             level,
             style,
-            corner: vec![NONE; level.colour.len()],
-            place: vec![NONE; level.position.len()],
+            corner: vec![NONE; level.value.len()],
+            place: vec![NONE; level.vertices()],
             edge: vec![[NONE; 2]; level.half_edges()],
             positions: Fan::default(),
             colours: Fan::default(),
+            fan_vertex: NONE,
+            fan_tint: NONE,
         }
     }
 
@@ -150,38 +169,22 @@ impl<'a> Points<'a> {
             return self.corner[tint];
         }
         let known = self.place[v];
-        let point = if level.bits[v] == 0 {
-            // A regular inner vertex. Opposite spokes are added first, so that the sums do not depend on `h`.
-            let mut p = [DVec2::ZERO; 8];
-            let mut c = [DVec4::ZERO; 8];
-            let mut spoke = h;
-            for i in 0..4 {
-                let a = level.next(spoke);
-                let b = level.next(a);
-                p[i] = level.position[level.origin[a as usize] as usize];
-                c[i] = level.corner_colour(a);
-                p[4 + i] = level.position[level.origin[b as usize] as usize];
-                c[4 + i] = level.corner_colour(b);
-                spoke = level.twin[level.prev(spoke) as usize];
-            }
-            let ring = |x: [DVec2; 8], v: DVec2| {
-                (v * 16.0 + ((x[0] + x[2]) + (x[1] + x[3])) * 4.0 + ((x[4] + x[6]) + (x[5] + x[7]))) * (1.0 / 36.0)
-            };
-            let ring4 = |x: [DVec4; 8], v: DVec4| {
-                (v * 16.0 + ((x[0] + x[2]) + (x[1] + x[3])) * 4.0 + ((x[4] + x[6]) + (x[5] + x[7]))) * (1.0 / 36.0)
-            };
-            control(ring(p, level.position[v]), ring4(c, level.corner_colour(h)))
+        let mut value = if level.bits[v] == 0 {
+            self.regular_corner(h)
         } else {
-            colour_fan(level, h, &mut self.colours);
-            let colour = limit::limit(&self.colours, self.style.corners);
-            let position = if known != NONE {
-                position_of(&control_points[known as usize])
+            self.colour_fan(h);
+            let c = limit::limit(&self.colours, self.style.corners);
+            if known != NONE {
+                Value { p: DVec2::ZERO, c }
             } else {
-                position_fan(level, h, &mut self.positions);
-                limit::limit(&self.positions, self.style.corners)
-            };
-            control(position, colour)
+                self.position_fan(h);
+                Value { p: limit::limit(&self.positions, self.style.corners), c }
+            }
         };
+        if known != NONE {
+            value.p = position_of(&control_points[known as usize]);
+        }
+        let point = control(value);
         let index = control_points.len() as u32;
         control_points.push(point);
         self.corner[tint] = index;
@@ -189,6 +192,75 @@ impl<'a> Points<'a> {
             self.place[v] = index;
         }
         index
+    }
+
+    /// Limit at an inner vertex of valence 4 among quads. Opposite neighbours are added first, so that the sum does
+    /// not depend on which of the spokes `h` is.
+    fn regular_corner(&self, h: u32) -> Value {
+        let level = self.level;
+        let (before, after) = (level.twin[h as usize], level.twin[level.prev(h) as usize]);
+        let opposite = level.twin[level.prev(after) as usize];
+        let across = |g: u32| level.at(level.next(level.next(g)));
+        let spokes = (level.at(level.next(h)) + level.at(level.prev(after))) + (level.at(level.prev(h)) + across(before));
+        let corners = (across(h) + across(opposite)) + (across(after) + level.at(level.prev(before)));
+        (level.at(h) * 16.0 + spokes * 4.0 + corners) * (1.0 / 36.0)
+    }
+
+    /// All control points of a face whose corners are regular for positions and colours, in patch order: corner,
+    /// near and far edge points, and the inner points by value. `half_edges[0]` leaves corner A.
+    pub fn regular_face(&mut self, half_edges: [u32; 4], control_points: &mut Vec<ControlPoint>) -> RegularFace {
+        let level = self.level;
+        let mut q = level.quad_values(half_edges[0] >> 2);
+        q.rotate_left(half_edges[0] as usize & 3);
+        let mut face = RegularFace::default();
+        for i in 0..4 {
+            let h = half_edges[i];
+            let (ahead, opposite, behind) = (q[(i + 1) & 3], q[(i + 2) & 3], q[(i + 3) & 3]);
+            face.corner[i] = match self.corner[level.tint[h as usize] as usize] {
+                NONE => self.corner(h, control_points),
+                known => known,
+            };
+            if self.edge[h as usize][0] == NONE {
+                let first = control_points.len() as u32;
+                self.edge[h as usize] = [first, first + 1];
+                let (near, far) = match level.across(h) {
+                    Some(t) => {
+                        self.edge[t as usize] = [first + 1, first];
+                        let beside = behind + level.at(level.next(level.next(t)));
+                        let beside_far = opposite + level.at(level.prev(t));
+                        (regular_edge(q[i], ahead, beside, beside_far), regular_edge(ahead, q[i], beside_far, beside))
+                    }
+                    None => (border_edge(q[i], ahead), border_edge(ahead, q[i])),
+                };
+                control_points.push(control(near));
+                control_points.push(control(far));
+            }
+            [face.near[i], face.far[i]] = self.edge[h as usize];
+            face.inner[i] = control_points.len() as u32;
+            control_points.push(control((q[i] * 4.0 + (ahead + behind) * 2.0 + opposite) * (1.0 / 9.0)));
+        }
+        face
+    }
+
+    /// Whether [`Points::regular_face`] serves a face.
+    pub fn is_plain(&self, half_edges: [u32; 4]) -> bool {
+        half_edges.iter().fold(0, |bits, &h| bits | self.bits(h)) & !BOUNDARY == 0
+    }
+
+    fn position_fan(&mut self, h: u32) {
+        let v = self.level.origin[h as usize];
+        if self.fan_vertex != v {
+            position_fan(self.level, h, &mut self.positions);
+            self.fan_vertex = v;
+        }
+    }
+
+    fn colour_fan(&mut self, h: u32) {
+        let tint = self.level.tint[h as usize];
+        if self.fan_tint != tint {
+            colour_fan(self.level, h, &mut self.colours);
+            self.fan_tint = tint;
+        }
     }
 
     /// The two inner points of the edge of `h`: near its origin, near its target, in the colours of its face.
@@ -199,20 +271,20 @@ impl<'a> Points<'a> {
         }
         let next = level.next(h);
         let twin = level.across(h);
-        let (p, c) = match twin {
+        let points = match twin {
             // Everything regular: one gather serves positions and colours.
             Some(t) if (self.bits(h) | self.bits(next)) & !BOUNDARY == 0 => {
                 let g = self.beside(h, t);
-                (
-                    [regular_edge(g.v.0, g.w.0, g.beside_v.0, g.beside_w.0), regular_edge(g.w.0, g.v.0, g.beside_w.0, g.beside_v.0)],
-                    [regular_edge(g.v.1, g.w.1, g.beside_v.1, g.beside_w.1), regular_edge(g.w.1, g.v.1, g.beside_w.1, g.beside_v.1)],
-                )
+                [regular_edge(g.v, g.w, g.beside_v, g.beside_w), regular_edge(g.w, g.v, g.beside_w, g.beside_v)]
             }
-            _ => (self.edge_positions(h, twin, control_points), self.edge_colours(h, twin)),
+            _ => {
+                let p = self.edge_positions(h, twin, control_points);
+                let c = self.edge_colours(h, twin);
+                [Value { p: p[0], c: c[0] }, Value { p: p[1], c: c[1] }]
+            }
         };
         let first = control_points.len() as u32;
-        control_points.push(control(p[0], c[0]));
-        control_points.push(control(p[1], c[1]));
+        control_points.extend(points.map(control));
         self.edge[h as usize] = [first, first + 1];
         if let Some(t) = twin {
             if !level.colour_border(h) {
@@ -225,15 +297,13 @@ impl<'a> Points<'a> {
     /// The six values that a regular edge depends on.
     fn beside(&self, h: u32, t: u32) -> Beside {
         let level = self.level;
-        let at = |g: u32| (level.position[level.origin[g as usize] as usize], level.corner_colour(g));
-        let add = |a: (DVec2, DVec4), b: (DVec2, DVec4)| (a.0 + b.0, a.1 + b.1);
         let next = level.next(h);
         let beyond = level.next(level.next(t));
         Beside {
-            v: at(h),
-            w: at(next),
-            beside_v: add(at(level.prev(h)), at(beyond)),
-            beside_w: add(at(level.next(next)), at(level.prev(t))),
+            v: level.at(h),
+            w: level.at(next),
+            beside_v: level.at(level.prev(h)) + level.at(beyond),
+            beside_w: level.at(level.next(next)) + level.at(level.prev(t)),
         }
     }
 
@@ -246,7 +316,7 @@ impl<'a> Points<'a> {
         }
         let level = self.level;
         [h, level.next(h)].map(|end| {
-            let ends = |g: u32| level.position[level.origin[g as usize] as usize];
+            let ends = |g: u32| level.position(g);
             let (v, w) = if end == h { (ends(h), ends(level.next(h))) } else { (ends(level.next(h)), ends(h)) };
             let extraordinary = self.bits(end) & EXTRAORDINARY != 0;
             // The exact boundary is a cubic whatever the valence; the authors' tool bends it with the fan's tangent.
@@ -256,19 +326,19 @@ impl<'a> Points<'a> {
             if let (false, Some(t)) = (extraordinary, twin) {
                 let g = self.beside(h, t);
                 return if end == h {
-                    regular_edge(v, w, g.beside_v.0, g.beside_w.0)
+                    regular_edge(v, w, g.beside_v.p, g.beside_w.p)
                 } else {
-                    regular_edge(v, w, g.beside_w.0, g.beside_v.0)
+                    regular_edge(v, w, g.beside_w.p, g.beside_v.p)
                 };
             }
-            position_fan(level, end, &mut self.positions);
+            self.position_fan(end);
             let n = fan_valence(&self.positions);
             if let (Irregular::Bicubic, Some(t)) = (self.style.irregular, twin) {
                 let g = self.beside(h, t);
                 return if end == h {
-                    weighted_edge(n, v, w, g.beside_v.0, g.beside_w.0)
+                    weighted_edge(n, v, w, g.beside_v.p, g.beside_w.p)
                 } else {
-                    weighted_edge(n, v, w, g.beside_w.0, g.beside_v.0)
+                    weighted_edge(n, v, w, g.beside_w.p, g.beside_v.p)
                 };
             }
             let j = spoke_index(level, &self.positions, h, end);
@@ -288,11 +358,11 @@ impl<'a> Points<'a> {
                 _ => return border_edge(cv, cw),
             };
             let g = self.beside(h, t);
-            let (beside_v, beside_w) = if end == h { (g.beside_v.1, g.beside_w.1) } else { (g.beside_w.1, g.beside_v.1) };
+            let (beside_v, beside_w) = if end == h { (g.beside_v.c, g.beside_w.c) } else { (g.beside_w.c, g.beside_v.c) };
             if !self.colour_is_extraordinary(end) {
                 return regular_edge(cv, cw, beside_v, beside_w);
             }
-            colour_fan(level, end, &mut self.colours);
+            self.colour_fan(end);
             if self.style.irregular == Irregular::Bicubic {
                 return weighted_edge(fan_valence(&self.colours), cv, cw, beside_v, beside_w);
             }
@@ -306,22 +376,22 @@ impl<'a> Points<'a> {
         let level = self.level;
         let n = level.next(h);
         let (c, d) = (level.next(n), level.prev(h));
-        let at = |g: u32| level.position[level.origin[g as usize] as usize];
+        let at = |g: u32| level.position(g);
         let (mut np, mut nc) = (4.0, 4.0);
         if self.style.irregular == Irregular::Bicubic {
             if self.bits(h) & EXTRAORDINARY != 0 {
-                position_fan(level, h, &mut self.positions);
+                self.position_fan(h);
                 np = fan_valence(&self.positions);
             }
             if self.colour_is_extraordinary(h) {
-                colour_fan(level, h, &mut self.colours);
+                self.colour_fan(h);
                 nc = fan_valence(&self.colours);
             }
         }
         let p = (at(h) * np + (at(n) + at(d)) * 2.0 + at(c)) * (1.0 / (np + 5.0));
         let colour = |g: u32| level.corner_colour(g);
         let q = (colour(h) * nc + (colour(n) + colour(d)) * 2.0 + colour(c)) * (1.0 / (nc + 5.0));
-        control(p, q)
+        control(Value { p, c: q })
     }
 
     /// How these points are made.
@@ -340,18 +410,18 @@ impl<'a> Points<'a> {
         if self.bits(h) & !BOUNDARY == 0 {
             return [4.0; 2];
         }
-        position_fan(self.level, h, &mut self.positions);
-        colour_fan(self.level, h, &mut self.colours);
+        self.position_fan(h);
+        self.colour_fan(h);
         [fan_valence(&self.positions), fan_valence(&self.colours)]
     }
 }
 
 /// Values around an edge from `v` to `w`: position and colour each.
 struct Beside {
-    v: (DVec2, DVec4),
-    w: (DVec2, DVec4),
-    beside_v: (DVec2, DVec4),
-    beside_w: (DVec2, DVec4),
+    v: Value,
+    w: Value,
+    beside_v: Value,
+    beside_w: Value,
 }
 
 /// n for a closed fan, 2 k for an open one of k faces, 4 for one face.

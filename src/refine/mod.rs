@@ -241,7 +241,7 @@ fn around_polygons(level: &Level) -> Vec<bool> {
     let mut around = Vec::new();
     for f in level.quads..level.faces() as u32 {
         if level.valence(f) != 4 {
-            around.resize(level.position.len(), false);
+            around.resize(level.vertices(), false);
             for h in level.of_face(f) {
                 around[level.origin[h as usize] as usize] = true;
             }
@@ -304,6 +304,7 @@ fn cascade(level: &Level, affected: &mut [bool], around_polygons: &[bool], corne
 }
 
 fn decide(level: &Level, affected: &[bool], around_polygons: &[bool], corners: CornerRule, rules: Rules) -> Vec<u8> {
+    let any = affected.iter().any(|&a| a);
     (0..level.faces() as u32)
         .map(|f| {
             if affected[f as usize] {
@@ -313,13 +314,19 @@ fn decide(level: &Level, affected: &[bool], around_polygons: &[bool], corners: C
                 return 0;
             }
             let mut bits = fate::DRAWN;
-            let irregular = |h: u32| irregular_corner(level, h, around_polygons, corners, rules);
+            let special = |h: u32| level.bits[level.origin[h as usize] as usize] & !vertex_bits::BOUNDARY != 0;
+            let irregular = |h: u32| {
+                (special(h) || !around_polygons.is_empty())
+                    && irregular_corner(level, h, around_polygons, corners, rules)
+            };
             if level.valence(f) != 4 || level.of_face(f).any(irregular) {
                 bits |= fate::IRREGULAR;
             }
-            for (i, h) in level.of_face(f).enumerate().take(4) {
-                if level.across(h).is_some_and(|t| affected[level.face_of(t) as usize]) {
-                    bits |= 1 << (fate::TRANSITION + i as u32);
+            if any {
+                for (i, h) in level.of_face(f).enumerate().take(4) {
+                    if level.across(h).is_some_and(|t| affected[level.face_of(t) as usize]) {
+                        bits |= 1 << (fate::TRANSITION + i as u32);
+                    }
                 }
             }
             bits

@@ -9,28 +9,27 @@
 //! boundary corners kept or treated as the curve ([`CornerRule`]). Colours use the same connectivity; along
 //! sharp edges every sector follows the boundary rules on its own, a dart is smooth.
 
-use super::level::{vertex_bits, Level, CUT};
+use super::level::{vertex_bits, Level, Value, CUT};
 use crate::mesh::NONE;
 use crate::scene::CornerRule;
-use glam::{DVec2, DVec4};
-use vertex_bits::{BOUNDARY, CORNER, DART, SECTORS};
+use vertex_bits::{BOUNDARY, CORNER, DART, EXTRAORDINARY, SECTORS};
 
 /// Refines the faces marked in `wanted` (one flag a face) and fills `level.child`.
 ///
 /// Time linear in the level's half-edges; children keep the slot order.
 pub fn refine(level: &mut Level, wanted: &[bool], corners: CornerRule) -> Level {
     let touched = touched_vertices(level, wanted);
-    number_children(level, &touched);
+    let children = number_children(level, &touched);
     let points = number_points(level, &touched);
     let mut next = Level { level: level.level + 1, ..Level::default() };
     rules(level, &points, corners, &mut next);
     let sectors = sector_colours(level, &points, corners, &mut next);
-    connect(level, wanted, &points, &sectors, &mut next);
+    connect(level, wanted, &points, &sectors, children, &mut next);
     next
 }
 
 fn touched_vertices(level: &Level, wanted: &[bool]) -> Vec<bool> {
-    let mut touched = vec![false; level.position.len()];
+    let mut touched = vec![false; level.vertices()];
     for f in 0..level.faces() as u32 {
         if wanted[f as usize] {
             for h in level.of_face(f) {
@@ -41,7 +40,7 @@ fn touched_vertices(level: &Level, wanted: &[bool]) -> Vec<bool> {
     touched
 }
 
-fn number_children(level: &mut Level, touched: &[bool]) {
+fn number_children(level: &mut Level, touched: &[bool]) -> usize {
     let mut children = 0;
     level.child.clear();
     level.child.extend(level.origin.iter().map(|&v| {
@@ -52,9 +51,10 @@ fn number_children(level: &mut Level, touched: &[bool]) {
             NONE
         }
     }));
+    children as usize
 }
 
-/// Numbers of the next level's vertices.
+/// Numbers of the next level's vertices: old ones, edge points, face points.
 struct Points {
     /// Old vertices in the next level, [`NONE`] where they are not needed.
     vertex: Vec<u32>,
@@ -62,135 +62,181 @@ struct Points {
     edge: Vec<u32>,
     /// Face points.
     face: Vec<u32>,
+    first_edge: u32,
+    first_face: u32,
     count: u32,
+    /// Whether a vertex that is kept is extraordinary.
+    extraordinary: bool,
 }
 
 fn number_points(level: &Level, touched: &[bool]) -> Points {
     let mut count = 0;
-    let mut take = |wanted: bool| {
-        if wanted {
+    let mut extraordinary = 0;
+    let mut vertex = vec![NONE; level.vertices()];
+    for (v, &t) in touched.iter().enumerate() {
+        if t {
+            vertex[v] = count;
             count += 1;
-            count - 1
-        } else {
-            NONE
-        }
-    };
-    let vertex: Vec<u32> = touched.iter().map(|&t| take(t)).collect();
-    let mut edge = vec![NONE; level.half_edges()];
-    for h in 0..level.half_edges() as u32 {
-        let t = level.twin[h as usize];
-        if t < h {
-            edge[h as usize] = edge[t as usize];
-        } else {
-            let ends = touched[level.origin[h as usize] as usize] || touched[level.target(h) as usize];
-            edge[h as usize] = take(ends);
+            extraordinary |= level.bits[v] & EXTRAORDINARY;
         }
     }
-    let face = (0..level.faces() as u32)
-        .map(|f| take(level.of_face(f).any(|h| touched[level.origin[h as usize] as usize])))
-        .collect();
-    Points { vertex, edge, face, count }
+    let first_edge = count;
+    let mut edge = vec![NONE; level.half_edges()];
+    let mut wanted_face = vec![NONE; level.faces()];
+    for f in 0..level.faces() as u32 {
+        for h in level.of_face(f) {
+            // An edge needs its point if one of its ends is touched.
+            let own = level.child[h as usize] != NONE;
+            if own {
+                wanted_face[f as usize] = 0;
+            }
+            let t = level.twin[h as usize];
+            edge[h as usize] = if t < h {
+                edge[t as usize]
+            } else if own || level.child[level.next(h) as usize] != NONE {
+                count += 1;
+                count - 1
+            } else {
+                NONE
+            };
+        }
+    }
+    let first_face = count;
+    for face in wanted_face.iter_mut().filter(|f| **f == 0) {
+        *face = count;
+        count += 1;
+    }
+    Points { vertex, edge, face: wanted_face, first_edge, first_face, count, extraordinary: extraordinary != 0 }
 }
 
 /// Positions, colours (as if no edge were sharp; those at sharp edges are replaced later) and bits.
+///
+/// One pass over the faces: each adds its share to its corners and edges, so that a value is loaded once. The sums
+/// run in the order of the faces, which is that of the slots.
 fn rules(level: &Level, points: &Points, corners: CornerRule, next: &mut Level) {
-    let n = points.count as usize;
-    next.position.resize(n, DVec2::ZERO);
-    next.colour.resize(n, DVec4::ZERO);
-    next.bits.resize(n, 0);
+    // Edits of the next level add tints; a copy of everything for the first of them would be a waste.
+    next.value.reserve_exact(points.count as usize + points.count as usize / 4 + 64);
+    next.value.resize(points.count as usize, Value::default());
+    next.bits.resize(points.count as usize, 0);
+    // Faces around each extraordinary vertex; all others have four.
+    let mut spokes = vec![0u32; if points.extraordinary { level.vertices() } else { 0 }];
 
-    // Face points first: the other rules read them.
     for f in 0..level.faces() as u32 {
         let to = points.face[f as usize];
         if to == NONE {
             continue;
         }
-        let (mut p, mut c) = (DVec2::ZERO, DVec4::ZERO);
-        for h in level.of_face(f) {
-            p += level.position[level.origin[h as usize] as usize];
-            c += level.corner_colour(h);
-        }
-        let inv = 1.0 / f64::from(level.valence(f));
-        next.position[to as usize] = p * inv;
-        next.colour[to as usize] = c * inv;
-        if level.valence(f) != 4 {
-            next.bits[to as usize] = vertex_bits::EXTRAORDINARY;
-        }
-    }
-
-    // Around each vertex: sum of neighbours and new face points. `spokes` counts the faces.
-    let old = level.position.len();
-    let mut spokes = vec![0u32; old];
-    let mut ring_p = vec![DVec2::ZERO; old];
-    let mut ring_c = vec![DVec4::ZERO; old];
-    for h in 0..level.half_edges() as u32 {
-        let hi = h as usize;
-        let v = level.origin[hi] as usize;
-        let g = level.next(h);
-        let w = level.origin[g as usize] as usize;
-        let t = level.twin[hi];
-        let to = points.edge[hi];
-        if to != NONE && (t >= CUT || h < t) {
-            let ends_p = level.position[v] + level.position[w];
-            let ends_c = level.corner_colour(h) + level.corner_colour(g);
-            let to = to as usize;
-            if t < CUT {
-                let a = points.face[level.face_of(h) as usize] as usize;
-                let b = points.face[level.face_of(t) as usize] as usize;
-                next.position[to] = (ends_p + (next.position[a] + next.position[b])) * 0.25;
-                next.colour[to] = (ends_c + (next.colour[a] + next.colour[b])) * 0.25;
-            } else {
-                next.position[to] = ends_p * 0.5;
-                next.colour[to] = ends_c * 0.5;
-                next.bits[to] = BOUNDARY;
-            }
-        }
-        if points.vertex[v] == NONE {
-            continue;
-        }
-        spokes[v] += 1;
-        if level.bits[v] & BOUNDARY != 0 {
-            // Only the two boundary neighbours count. An edge is seen from the half-edge that leaves ...
-            if t == NONE {
-                ring_p[v] += level.position[w];
-                ring_c[v] += level.corner_colour(g);
-            }
-            // ... and from the one that arrives.
-            let p = level.prev(h);
-            if level.twin[p as usize] == NONE {
-                ring_p[v] += level.position[level.origin[p as usize] as usize];
-                ring_c[v] += level.corner_colour(p);
+        let first = level.first(f);
+        if f < level.quads {
+            let corner = level.quad_values(f);
+            let centre = ((corner[0] + corner[1]) + (corner[2] + corner[3])) * 0.25;
+            next.value[to as usize] = centre;
+            let edges = Level::quad(&points.edge, f);
+            let twins = Level::quad(&level.twin, f);
+            let origin = Level::quad(&level.origin, f);
+            for i in 0..4 {
+                let (ahead, behind) = (corner[(i + 1) & 3], corner[(i + 3) & 3]);
+                let v = origin[i] as usize;
+                let (to_edge, to_vertex) = (edges[i] as usize, points.vertex[v] as usize);
+                if to_edge != NONE as usize {
+                    let half = (corner[i] + ahead) * 0.5;
+                    if twins[i] == NONE {
+                        next.value[to_edge] = half;
+                        next.bits[to_edge] = BOUNDARY;
+                    } else {
+                        next.value[to_edge] = next.value[to_edge] + (half + centre);
+                    }
+                }
+                if to_vertex != NONE as usize {
+                    if level.bits[v] & (BOUNDARY | DART | EXTRAORDINARY) == 0 {
+                        next.value[to_vertex] = next.value[to_vertex] + (ahead + centre);
+                    } else {
+                        ring_share(level, first + i as u32, to_vertex, ahead, behind, centre, next, &mut spokes);
+                    }
+                }
             }
         } else {
-            let f = points.face[level.face_of(h) as usize] as usize;
-            let mut far = level.corner_colour(g);
-            if level.bits[v] & DART != 0 && t < CUT {
-                // The far end of the sharp spoke has two colours there; seen from a dart it has their mean.
-                far = (far + level.corner_colour(t)) * 0.5;
+            let n = level.valence(f);
+            let sum = level.of_face(f).fold(Value::default(), |sum, h| sum + level.at(h));
+            let centre = sum * (1.0 / f64::from(n));
+            next.value[to as usize] = centre;
+            if n != 4 {
+                next.bits[to as usize] = vertex_bits::EXTRAORDINARY;
             }
-            ring_p[v] += level.position[w] + next.position[f];
-            ring_c[v] += far + next.colour[f];
+            for h in level.of_face(f) {
+                let (ahead, behind) = (level.at(level.next(h)), level.at(level.prev(h)));
+                let (to_edge, to_vertex) = (points.edge[h as usize], points.vertex[level.origin[h as usize] as usize]);
+                if to_edge != NONE {
+                    // Every edge of a shrunk face is an inner one.
+                    let half = (level.at(h) + ahead) * 0.5;
+                    next.value[to_edge as usize] = next.value[to_edge as usize] + (half + centre);
+                }
+                if to_vertex != NONE {
+                    ring_share(level, h, to_vertex as usize, ahead, behind, centre, next, &mut spokes);
+                }
+            }
         }
     }
 
-    for v in 0..old {
+    for e in points.first_edge..points.first_face {
+        if next.bits[e as usize] & BOUNDARY == 0 {
+            next.value[e as usize] = next.value[e as usize] * 0.25;
+        }
+    }
+    for v in 0..level.vertices() {
         let to = points.vertex[v];
         if to == NONE {
             continue;
         }
-        let to = to as usize;
-        next.bits[to] = level.bits[v];
-        let (p, c) = (level.position[v], level.colour[v]);
-        (next.position[to], next.colour[to]) = if level.bits[v] & BOUNDARY == 0 {
-            let n = f64::from(spokes[v]);
-            let (keep, ring) = ((n - 2.0) / n, 1.0 / (n * n));
-            (p * keep + ring_p[v] * ring, c * keep + ring_c[v] * ring)
-        } else if level.bits[v] & CORNER != 0 && corners == CornerRule::Sharp {
-            (p, c)
+        let bits = level.bits[v];
+        let (old, ring) = (level.value[v], next.value[to as usize]);
+        next.bits[to as usize] = bits;
+        next.value[to as usize] = if bits & BOUNDARY == 0 {
+            let n = if bits & EXTRAORDINARY == 0 { 4.0 } else { f64::from(spokes[v]) };
+            old * ((n - 2.0) / n) + ring * (1.0 / (n * n))
+        } else if bits & CORNER != 0 && corners == CornerRule::Sharp {
+            old
         } else {
-            (curve(p, ring_p[v]), curve(c, ring_c[v]))
+            curve(old, ring)
         };
     }
+}
+
+/// What the face of `h` adds to the ring of the origin of `h`, the next level's vertex `to`: its neighbour ahead and
+/// the face point, or on the boundary the boundary neighbours.
+#[allow(clippy::too_many_arguments)]
+fn ring_share(
+    level: &Level,
+    h: u32,
+    to: usize,
+    ahead: Value,
+    behind: Value,
+    centre: Value,
+    next: &mut Level,
+    spokes: &mut [u32],
+) {
+    let v = level.origin[h as usize] as usize;
+    let twin = level.twin[h as usize];
+    let bits = level.bits[v];
+    if bits & BOUNDARY != 0 {
+        // One boundary neighbour is seen from the half-edge that leaves, one from that which arrives.
+        if twin == NONE {
+            next.value[to] = next.value[to] + ahead;
+        }
+        if level.twin[level.prev(h) as usize] == NONE {
+            next.value[to] = next.value[to] + behind;
+        }
+        return;
+    }
+    let mut far = ahead;
+    if bits & DART != 0 && twin < CUT {
+        // The far end of the sharp spoke has two colours there; seen from a dart it has their mean.
+        far.c = (far.c + level.corner_colour(twin)) * 0.5;
+    }
+    if bits & EXTRAORDINARY != 0 {
+        spokes[v] += 1;
+    }
+    next.value[to] = next.value[to] + (far + centre);
 }
 
 /// `(a + 6 v + b) / 8`, with `ends = a + b`.
@@ -219,14 +265,13 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
             let middle = (level.corner_colour(h) + level.corner_colour(level.next(h))) * 0.5;
             next.bits[to as usize] |= SECTORS;
             if level.twin[h as usize] < h {
-                side[h as usize] = next.colour.len() as u32;
-                next.colour.push(middle);
+                side[h as usize] = next.new_tint(middle);
             } else {
-                next.colour[to as usize] = middle;
+                next.value[to as usize].c = middle;
             }
         }
     }
-    let mut taken = vec![false; level.position.len()];
+    let mut taken = vec![false; level.vertices()];
     for h in 0..level.half_edges() as u32 {
         let v = level.origin[h as usize] as usize;
         let to = points.vertex[v];
@@ -249,11 +294,10 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
             curve(c, a + level.corner_colour(level.prev(last)))
         };
         let tint = if taken[v] {
-            next.colour.push(colour);
-            next.colour.len() as u32 - 1
+            next.new_tint(colour)
         } else {
             taken[v] = true;
-            next.colour[to as usize] = colour;
+            next.value[to as usize].c = colour;
             to
         };
         let mut spoke = h;
@@ -266,29 +310,29 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
     SectorColours { corner, side }
 }
 
-fn connect(level: &Level, wanted: &[bool], points: &Points, sectors: &SectorColours, next: &mut Level) {
-    let children = level.child.iter().filter(|&&c| c != NONE).count();
+fn connect(level: &Level, wanted: &[bool], points: &Points, sectors: &SectorColours, children: usize, next: &mut Level) {
     next.quads = children as u32;
-    next.face.reserve(children);
-    next.inside.reserve(children);
-    next.origin.reserve(4 * children);
-    next.twin.reserve(4 * children);
-    next.tint.reserve(4 * children);
+    next.face.reserve_exact(children);
+    next.inside.reserve_exact(children);
+    next.origin.reserve_exact(4 * children);
+    next.twin.reserve_exact(4 * children);
+    next.tint.reserve_exact(4 * children);
     let sharp = !level.sharp.is_empty();
     if sharp {
-        next.sharp.reserve(4 * children);
+        next.sharp.reserve_exact(4 * children);
     }
-    let slot_of_first = |f: u32| -> u64 {
-        if level.level == 0 {
-            // Slots and local half-edges are the same numbers at level 0.
-            u64::from(level.first(f))
-        } else {
-            4 * level.face[f as usize]
-        }
+    // Slot `s` of the child that grew from `t`, if there is one.
+    let child = |t: u32, s: u32| match level.child[t as usize] {
+        NONE => CUT,
+        c => 4 * c + s,
     };
     for f in 0..level.faces() as u32 {
+        if points.face[f as usize] == NONE {
+            continue;
+        }
         let first = level.first(f);
-        let slot = slot_of_first(f);
+        // Slots and local half-edges are the same numbers at level 0.
+        let slot = if level.level == 0 { u64::from(first) } else { 4 * level.face[f as usize] };
         for h in level.of_face(f) {
             if level.child[h as usize] == NONE {
                 continue;
@@ -297,7 +341,6 @@ fn connect(level: &Level, wanted: &[bool], points: &Points, sectors: &SectorColo
             let (hi, pi) = (h as usize, p as usize);
             next.face.push(slot + u64::from(h - first));
             next.inside.push(wanted[f as usize]);
-
             let v = points.vertex[level.origin[hi] as usize];
             let at = [v, points.edge[hi], points.face[f as usize], points.edge[pi]];
             next.origin.extend_from_slice(&at);
@@ -308,17 +351,12 @@ fn connect(level: &Level, wanted: &[bool], points: &Points, sectors: &SectorColo
             } else {
                 next.tint.extend_from_slice(&at);
             }
-
-            let child = |h: u32, s: u32| match level.child[h as usize] {
-                NONE => CUT,
-                c => 4 * c + s,
-            };
-            let beyond = |t: u32, to: &dyn Fn(u32) -> u32| if t < CUT { to(t) } else { t };
+            let (t, tp) = (level.twin[hi], level.twin[pi]);
             next.twin.extend_from_slice(&[
-                beyond(level.twin[hi], &|t| child(level.next(t), 3)),
+                if t < CUT { child(level.next(t), 3) } else { t },
                 child(level.next(h), 2),
                 child(p, 1),
-                beyond(level.twin[pi], &|t| child(t, 0)),
+                if tp < CUT { child(tp, 0) } else { tp },
             ]);
         }
     }

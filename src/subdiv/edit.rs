@@ -37,13 +37,13 @@ pub struct LocalMove {
 pub fn move_vertices(level: &mut Level, moves: &[LocalMove]) {
     let steps: Vec<(u32, DVec2)> = moves.iter().map(|m| displacement(level, m)).collect();
     for (v, step) in steps {
-        level.position[v as usize] += step;
+        level.value[v as usize].p += step;
     }
 }
 
 fn displacement(level: &Level, m: &LocalMove) -> (u32, DVec2) {
     let h = m.half_edge;
-    let at = |v: u32| level.position[v as usize];
+    let at = |v: u32| level.value[v as usize].p;
     let (v, end1, end2) = match m.anchor {
         Anchor::Sector => (level.origin[h as usize], level.target(h), level.origin[level.prev(h) as usize]),
         Anchor::SectorBeyond | Anchor::Boundary => {
@@ -70,7 +70,7 @@ fn displacement(level: &Level, m: &LocalMove) -> (u32, DVec2) {
 
 /// The inverse of a sector edit: the `(a, b)` that moves the origin of `h` by `step`; `None` if the frame is flat.
 pub fn sector_coordinates(level: &Level, h: u32, step: DVec2) -> Option<(f64, f64)> {
-    let at = |v: u32| level.position[v as usize];
+    let at = |v: u32| level.value[v as usize].p;
     let v = at(level.origin[h as usize]);
     let e1 = at(level.target(h)) - v;
     let e2 = at(level.origin[level.prev(h) as usize]) - v;
@@ -81,8 +81,7 @@ pub fn sector_coordinates(level: &Level, h: u32, step: DVec2) -> Option<(f64, f6
 /// Writes, spreads and sharpens all colour edits of a level: `(half-edge of the sector, colour)`, each sector once.
 pub fn paint(level: &mut Level, edits: &[(u32, DVec4)]) {
     for &(h, colour) in edits {
-        level.tint[h as usize] = level.colour.len() as u32;
-        level.colour.push(colour);
+        level.tint[h as usize] = level.new_tint(colour);
     }
     // One spoke for each edited vertex, whichever of its sectors were edited.
     let mut spokes: Vec<(u32, u32)> = edits.iter().map(|&(h, _)| (level.origin[h as usize], h)).collect();
@@ -121,8 +120,7 @@ pub fn paint(level: &mut Level, edits: &[(u32, DVec4)]) {
 /// spokes, and to all corners of `c`.
 fn spread(level: &mut Level, h: u32, settle: &mut Vec<u32>) {
     let colour = level.corner_colour(h);
-    let tint = level.colour.len() as u32;
-    level.colour.push(colour);
+    let tint = level.new_tint(colour);
     let a = level.next(h);
     let c = level.next(a);
     let d = level.prev(h);

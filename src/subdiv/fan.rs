@@ -8,6 +8,7 @@ use std::ops::{Add, Mul, Sub};
 pub trait Linear: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> + Default {}
 impl Linear for DVec2 {}
 impl Linear for DVec4 {}
+impl Linear for super::level::Value {}
 
 /// Spokes and faces around a vertex, or around it within one colour sector, in the order of
 /// [`Level::spoke_after`]. Buffers are kept between vertices.
@@ -71,7 +72,7 @@ impl<V: Linear> Fan<V> {
 /// same whoever asks.
 pub fn position_fan(level: &Level, h: u32, fan: &mut Fan<DVec2>) {
     fan.clear();
-    let at = |g: u32| level.position[level.origin[g as usize] as usize];
+    let at = |g: u32| level.position(g);
     let boundary = level.bits[level.origin[h as usize] as usize] & vertex_bits::BOUNDARY != 0;
     let start = if boundary { level.fan_start(h, |_| false) } else { least(level, h) };
     fan.centre = at(h);

@@ -29,6 +29,39 @@ pub mod vertex_bits {
     pub const CORNER: u8 = 16;
 }
 
+/// Position and colour: one cache line, since the rules want both.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Value {
+    /// Position, scene units.
+    pub p: DVec2,
+    /// Colour with straight alpha, in the scene's colour space.
+    pub c: DVec4,
+}
+
+impl std::ops::Add for Value {
+    type Output = Value;
+    #[inline]
+    fn add(self, other: Value) -> Value {
+        Value { p: self.p + other.p, c: self.c + other.c }
+    }
+}
+
+impl std::ops::Sub for Value {
+    type Output = Value;
+    #[inline]
+    fn sub(self, other: Value) -> Value {
+        Value { p: self.p - other.p, c: self.c - other.c }
+    }
+}
+
+impl std::ops::Mul<f64> for Value {
+    type Output = Value;
+    #[inline]
+    fn mul(self, by: f64) -> Value {
+        Value { p: self.p * by, c: self.c * by }
+    }
+}
+
 /// A level of a refined mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Level {
@@ -52,10 +85,8 @@ pub struct Level {
     pub tint: Vec<u32>,
     /// Each half-edge: whether its edge is sharp for colour (both sides are set). Empty while no edge is.
     pub sharp: Vec<bool>,
-    /// Position of each vertex.
-    pub position: Vec<DVec2>,
-    /// Colours; the first `position.len()` belong to the vertices of the same number.
-    pub colour: Vec<DVec4>,
+    /// Positions and colours of the vertices, then colours of further tints (their positions are unused).
+    pub value: Vec<Value>,
     /// [`vertex_bits`] of each vertex.
     pub bits: Vec<u8>,
     /// After refinement: the child face of each half-edge in the next level, [`NONE`] where there is none.
@@ -148,10 +179,55 @@ impl Level {
         self.origin[self.next(h) as usize]
     }
 
+    /// Four numbers of quad `f` from an array with one entry a half-edge.
+    #[inline]
+    pub fn quad(array: &[u32], f: u32) -> [u32; 4] {
+        let first = 4 * f as usize;
+        array[first..first + 4].try_into().expect("four entries")
+    }
+
+    /// Values at the corners of quad `f`.
+    #[inline]
+    pub fn quad_values(&self, f: u32) -> [Value; 4] {
+        let (origin, tint) = (Level::quad(&self.origin, f), Level::quad(&self.tint, f));
+        std::array::from_fn(|i| {
+            let value = self.value[origin[i] as usize];
+            if origin[i] == tint[i] {
+                value
+            } else {
+                Value { p: value.p, c: self.value[tint[i] as usize].c }
+            }
+        })
+    }
+
+    /// Number of vertices.
+    #[inline]
+    pub fn vertices(&self) -> usize {
+        self.bits.len()
+    }
+
+    /// Position of the vertex that `h` leaves.
+    #[inline]
+    pub fn position(&self, h: u32) -> DVec2 {
+        self.value[self.origin[h as usize] as usize].p
+    }
+
     /// Colour of the corner at the origin of `h`.
     #[inline]
     pub fn corner_colour(&self, h: u32) -> DVec4 {
-        self.colour[self.tint[h as usize] as usize]
+        self.value[self.tint[h as usize] as usize].c
+    }
+
+    /// Position and corner colour at the origin of `h`.
+    #[inline]
+    pub fn at(&self, h: u32) -> Value {
+        Value { p: self.position(h), c: self.corner_colour(h) }
+    }
+
+    /// A new tint of this colour.
+    pub fn new_tint(&mut self, c: DVec4) -> u32 {
+        self.value.push(Value { p: DVec2::ZERO, c });
+        self.value.len() as u32 - 1
     }
 
     /// Whether colour takes the boundary rules along the edge of `h`.
@@ -228,7 +304,7 @@ impl Level {
         match (sharp, boundary) {
             (0, _) | (1, false) => {
                 self.bits[v] |= if sharp == 1 { DART } else { 0 };
-                self.colour[v] = self.corner_colour(h);
+                self.value[v].c = self.corner_colour(h);
                 let mut spokes = [NONE; 16];
                 let mut n = 0;
                 self.around(h, |s| {
@@ -255,11 +331,12 @@ impl Level {
     fn part_into_sectors(&mut self, h: u32) {
         let start = self.fan_start(h, |s| self.colour_border(s));
         let mut spoke = start;
+        let mut tint = self.tint[start as usize];
         loop {
             if self.colour_border(spoke) {
-                self.colour.push(self.corner_colour(spoke));
+                tint = self.new_tint(self.corner_colour(spoke));
             }
-            self.tint[spoke as usize] = self.colour.len() as u32 - 1;
+            self.tint[spoke as usize] = tint;
             match self.spoke_after(spoke) {
                 Some(s) if s != start => spoke = s,
                 _ => return,

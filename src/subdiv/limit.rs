@@ -3,6 +3,7 @@
 use super::fan::{Fan, Linear};
 use crate::scene::CornerRule;
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 /// Limit of the vertex in the middle of `fan`: (B.1) with face centroids, right for n-gons; `(a + 4 v + b) / 6`
 /// in an open fan; the vertex itself where one face is a sharp corner.
@@ -44,10 +45,24 @@ pub fn control_for_limit<V: Linear>(fan: &Fan<V>, face_valence: &[u32], wanted: 
     (wanted - rest * weight) * (1.0 / ((n - 3.0) / (n + 5.0) + weight * own))
 }
 
+/// `cos(i pi / n)`, from a table for the valences one meets.
+pub fn cosine(i: usize, n: usize) -> f64 {
+    const TABLED: usize = 16;
+    static TABLE: OnceLock<Vec<f64>> = OnceLock::new();
+    if n > TABLED || n == 0 {
+        return (PI * i as f64 / n as f64).cos();
+    }
+    let table = TABLE.get_or_init(|| {
+        let row = |n: usize| (0..2 * TABLED).map(move |i| if 2 * i == n { 0.0 } else { (PI * i as f64 / n as f64).cos() });
+        (1..=TABLED).flat_map(row).collect()
+    });
+    table[(n - 1) * 2 * TABLED + i % (2 * n)]
+}
+
 /// `lambda(n)`, the subdominant eigenvalue of Catmull-Clark at valence n ([LSNC09] eq. 5 has 16 times this plus 5).
-pub fn subdominant(n: f64) -> f64 {
-    let c = (PI / n).cos();
-    (5.0 + (2.0 * PI / n).cos() + c * (18.0 + 2.0 * (2.0 * PI / n).cos()).sqrt()) / 16.0
+pub fn subdominant(n: usize) -> f64 {
+    let (c, c2) = (cosine(1, n), cosine(2, n));
+    (5.0 + c2 + c * (18.0 + 2.0 * c2).sqrt()) / 16.0
 }
 
 /// Limit tangent along spoke `j` as it enters a Gregory patch: `q` of [LSNC09] 3.3 inside, its boundary form
@@ -56,17 +71,16 @@ pub fn tangent<V: Linear>(fan: &Fan<V>, j: usize) -> V {
     let mut q = V::default();
     if fan.closed {
         let n = fan.faces();
-        let nf = n as f64;
-        let c = (PI / nf).cos();
+        let c = cosine(1, n);
         let sigma = 1.0 / (4.0 + c * c).sqrt();
         for i in 0..n {
             let k = (j + i) % n;
             let middle = (fan.centre + fan.spoke[k]) * 0.5;
-            let along = (1.0 - sigma * c) * (2.0 * PI * i as f64 / nf).cos();
-            let aside = 2.0 * sigma * ((2 * i + 1) as f64 * PI / nf).cos();
+            let along = (1.0 - sigma * c) * cosine(2 * i, n);
+            let aside = 2.0 * sigma * cosine(2 * i + 1, n);
             q = q + middle * along + fan.face[k] * aside;
         }
-        return q * (2.0 / nf);
+        return q * (2.0 / n as f64);
     }
     let k = fan.faces();
     let kf = k as f64;
@@ -94,7 +108,7 @@ pub fn edge_point<V: Linear>(fan: &Fan<V>, j: usize, corners: CornerRule) -> V {
         return fan.centre + (fan.spoke[j] - fan.centre) * (1.0 / 3.0);
     }
     let n = if fan.closed { k } else { 2 * k };
-    limit(fan, corners) + tangent(fan, j) * (2.0 / 3.0 * subdominant(n as f64))
+    limit(fan, corners) + tangent(fan, j) * (2.0 / 3.0 * subdominant(n))
 }
 
 #[cfg(test)]

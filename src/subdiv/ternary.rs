@@ -5,7 +5,7 @@
 //! centroid: `(3 v0 + v1 + v2 + 4 C) / 9`; the text of [ZHHK22] 3.2 says neighbours, its formula's source does not.
 
 use super::index_map::IndexMap;
-use super::level::{vertex_bits, Level};
+use super::level::{vertex_bits, Level, Value};
 use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::scene::{CornerRule, Handle};
 use glam::{DVec2, DVec4};
@@ -37,11 +37,10 @@ pub fn ternary(mesh: &HalfEdgeMesh, corners: CornerRule, handles: &[Handle], fac
         polygon_start: mesh.face_start.iter().map(|h| 8 * s + h).collect(),
         polygon_face: mesh.face.iter().map(|f| 2 * s + f).collect(),
         tint: origin.clone(),
-        colour: vec![DVec4::ONE; position.len()],
         origin,
         twin,
         sharp: Vec::new(),
-        position,
+        value: position.into_iter().map(|p| Value { p, c: DVec4::ONE }).collect(),
         bits,
         child: Vec::new(),
     }

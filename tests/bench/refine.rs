@@ -1,0 +1,128 @@
+//! CPU cost of refinement and patch table: per model and stage, and growth with the size of the mesh.
+//!
+//! `cargo bench --bench refine` measures; `-- --short` runs each part once or twice and only checks that the
+//! output makes sense. Times are medians of runs in one process; compare ratios, not milliseconds.
+
+use gradtess::mesh;
+use gradtess::patch::build::build;
+use gradtess::patch::pack::pack;
+use gradtess::patch::points::Irregular;
+use gradtess::refine::{refine, Mode, Options, Rules};
+use gradtess::scene::{ColourEdit, InputMesh, Scene};
+use glam::{DVec2, DVec4};
+use std::path::Path;
+use std::time::Instant;
+
+/// Medians in ms: mesh, refine, patch, pack; and patches drawn.
+fn measure(scene: &Scene, rules: Rules, runs: usize) -> ([f64; 4], usize) {
+    let options = Options { rules, mode: Mode::Adaptive { isolate: 0 } };
+    let mut times: [Vec<f64>; 4] = Default::default();
+    let mut patches = 0;
+    for _ in 0..runs {
+        let start = Instant::now();
+        let mesh = mesh::build(&scene.mesh).expect("a manifold");
+        let t1 = Instant::now();
+        let refined = refine(scene, &mesh, options).expect("edits that fit");
+        let t2 = Instant::now();
+        let table = build(&refined, Irregular::Gregory);
+        let t3 = Instant::now();
+        let packed = pack(&table);
+        let t4 = Instant::now();
+        patches = table.faces.len();
+        assert!(packed.control.len() >= patches && packed.indices.len() >= 16 * patches);
+        for (list, d) in times.iter_mut().zip([t1 - start, t2 - t1, t3 - t2, t4 - t3]) {
+            list.push(d.as_secs_f64() * 1e3);
+        }
+    }
+    (times.map(|mut t| median(&mut t)), patches)
+}
+
+fn median(t: &mut [f64]) -> f64 {
+    t.sort_by(f64::total_cmp);
+    t[t.len() / 2]
+}
+
+/// A grid of `n` by `n` quads with one painted vertex in its middle and gentle waves.
+fn grid(n: u32) -> Scene {
+    let mut mesh = InputMesh { face_start: vec![0], ..InputMesh::default() };
+    for j in 0..=n {
+        for i in 0..=n {
+            let (x, y) = (f64::from(i), f64::from(j));
+            mesh.positions.push(DVec2::new(x + 0.2 * (0.7 * y).sin(), y + 0.2 * (0.5 * x).sin()));
+        }
+    }
+    for j in 0..n {
+        for i in 0..n {
+            let v = j * (n + 1) + i;
+            mesh.corners.extend([v, v + 1, v + n + 2, v + n + 1]);
+            mesh.face_start.push(mesh.corners.len() as u32);
+        }
+    }
+    let half_edge = u64::from(4 * (n * n / 2) + 1) * 9;
+    let colours = vec![ColourEdit { level: 2, half_edge: half_edge * 16, colour: DVec4::new(1.0, 0.3, 0.1, 1.0) }];
+    Scene { name: format!("grid {n} x {n}"), mesh, colours, ..Scene::default() }
+}
+
+fn file(path: &Path) -> Option<Scene> {
+    Scene::load(path).ok()
+}
+
+fn row(scene: &Scene, rules: Rules, runs: usize) -> f64 {
+    let (t, patches) = measure(scene, rules, runs);
+    let total: f64 = t.iter().sum();
+    println!(
+        "{:<28} {:<9} {patches:>7} {:>9.3} {:>9.3} {:>9.3} {:>9.3} {:>9.3} {:>12.0}",
+        scene.name,
+        format!("{rules:?}").to_lowercase(),
+        t[0],
+        t[1],
+        t[2],
+        t[3],
+        total,
+        patches as f64 / total * 1e3
+    );
+    total
+}
+
+fn main() {
+    let short = std::env::args().any(|a| a == "--short");
+    let runs = if short { 2 } else { 101 };
+    println!(
+        "{:<28} {:<9} {:>7} {:>9} {:>9} {:>9} {:>9} {:>9} {:>12}",
+        "scene", "rules", "patches", "mesh ms", "refine ms", "patch ms", "pack ms", "total ms", "patches/s"
+    );
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let models = root.join("../shared/models/paper");
+    // Median CPU time of the authors' tool for the same job on a 2-core machine (its own timing table).
+    let theirs = [("cherry/cherry_editAtSubd5.obj", 13.415), ("bolling/bolling_Subd3.obj", 11.904), ("butterfly/butterfly_Subdi4.obj", 18.037)];
+    for (name, ms) in theirs {
+        match file(&models.join(name)) {
+            Some(scene) => {
+                let ours = row(&scene, Rules::Authors, runs);
+                row(&scene, Rules::Gradtess, runs);
+                println!("    authors' tool {ms} ms: {:.0} times as long", ms / ours);
+            }
+            None => println!("{name}: not here, skipped"),
+        }
+    }
+    if let Some(scene) = file(&root.join("scenes/cherry.json")) {
+        row(&scene, Rules::Gradtess, runs);
+    }
+    let mut points = Vec::new();
+    for n in [3u32, 10, 32, 100, 316] {
+        let scene = grid(n);
+        let runs = if short { 1 } else { (20_000 / (n * n)).clamp(3, 101) as usize };
+        let ms = row(&scene, Rules::Gradtess, runs);
+        points.push((f64::from(n * n).ln(), ms.ln()));
+    }
+    // Exponent of the growth: slope of the fit through log time over log faces.
+    let growth = slope(&points[1..]);
+    println!("growth: time ~ faces^{growth:.2} from 100 to 100,000 input faces");
+    assert!(growth.is_finite());
+}
+
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+    points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>()
+}
