@@ -78,24 +78,23 @@ vec2 inside_uv(vec3 c)
 Value vertex(vec3 c)
 {
     int side = side_of(c);
-    if (side < 0) {
-        return surface(inside_uv(c));
+    vec2 uv = inside_uv(c);
+    if (side >= 0) {
+        float level = gl_TessLevelOuter[outer_of(side)];
+        float k = floor(along(side, c) * level + 0.5);
+        precise float t = k / level;
+        precise float s = (level - k) / level;
+        bool at_corner = k <= 0.0 || k >= level;
+        if (at_corner || !is_inner(side)) {
+            // A corner is its control point: weight 1 on it, and 0 on it three times more.
+            ivec4 q = at_corner ? ivec4(corner_point(k <= 0.0 ? side : next_corner(side))) : side_points(side);
+            vec4 w = at_corner ? vec4(1.0, 0.0, 0.0, 0.0) : bernstein(s, t);
+            return Value(cubic(w, control_a[q.x], control_a[q.y], control_a[q.z], control_a[q.w]),
+                         cubic(w, control_b[q.x], control_b[q.y], control_b[q.z], control_b[q.w]));
+        }
+        uv = inner_uv(side, s, t);
     }
-    float level = gl_TessLevelOuter[outer_of(side)];
-    float k = floor(along(side, c) * level + 0.5);
-    if (k <= 0.0 || k >= level) {
-        int p = corner_point(k <= 0.0 ? side : next_corner(side));
-        return Value(control_a[p], control_b[p]);
-    }
-    precise float t = k / level;
-    precise float s = (level - k) / level;
-    if (is_inner(side)) {
-        return surface(inner_uv(side, s, t));
-    }
-    vec4 w = bernstein(s, t);
-    ivec4 q = side_points(side);
-    return Value(cubic(w, control_a[q.x], control_a[q.y], control_a[q.z], control_a[q.w]),
-                 cubic(w, control_b[q.x], control_b[q.y], control_b[q.z], control_b[q.w]));
+    return surface(uv);
 }
 
 void main()

@@ -15,6 +15,9 @@ fn evaluate(gpu: &Gpu, table: &PatchTable, tess: TessRule) -> Vec<EvaluatedPoint
         .unwrap()
 }
 
+/// Corners that a side runs between, in halves of the face's domain.
+type Ends = [[u8; 2]; 2];
+
 fn reversed<T: Clone>(values: &[T]) -> Vec<T> {
     values.iter().rev().cloned().collect()
 }
@@ -179,7 +182,7 @@ fn parts_of_a_face_meet_each_other() {
                     .chain([TessRule::Pixels(4.0), TessRule::Base(13.0)]);
                 for rule in rules {
                     let points = evaluate(gpu, &builder.table, rule);
-                    let mut open: Vec<([[u8; 2]; 2], Vec<[u32; 8]>)> = Vec::new();
+                    let mut open: Vec<(Ends, Vec<[u32; 8]>)> = Vec::new();
                     for patch in by_patch(&points) {
                         let part = &PARTS[patch[0].part.unwrap() as usize];
                         let n = eval::sides(patch[0].part);

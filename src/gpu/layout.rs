@@ -69,8 +69,7 @@ impl Record {
     }
 }
 
-/// `Push::corners` and `Push::sides` of a drawn patch: the whole face, or a part of
-/// [`PARTS`](crate::patch::transition::PARTS).
+/// `Push::corners` and `Push::sides` of a drawn patch: the whole face, or a part of [`PARTS`].
 pub fn part_codes(part: Option<u8>) -> (u32, u32) {
     let Some(number) = part else {
         // A (0,0), B (2,0), C (2,2), D (0,2) and Full(0) to Full(3).

@@ -53,7 +53,7 @@ pub fn gregory_inner(x: f64, y: f64, plus: &ControlPoint, minus: &ControlPoint) 
     std::array::from_fn(|c| wx * plus[c] + wy * minus[c])
 }
 
-/// For corners A to D: the inner control point (f+), f-, and the directions of x and y as (along u, along v).
+/// For corners A to D: control points f+ (the inner one) and f-.
 const GREGORY_CORNERS: [(usize, usize); 4] = [(5, 16), (6, 17), (10, 18), (9, 19)];
 
 /// Distances (x, y) of [`gregory_inner`] for corner i, and their derivatives along u and v.
@@ -128,10 +128,10 @@ pub fn face_sample(kind: Kind, points: &[ControlPoint], u: f64, v: f64) -> Sampl
                 continue;
             }
             let weight = wu[plus % 4] * wv[plus / 4] / (d * d);
-            for c in 0..8 {
-                let difference = points[plus][c] - points[minus][c];
-                sample.du[c] += weight * (xu * y - x * yu) * difference;
-                sample.dv[c] += weight * (xv * y - x * yv) * difference;
+            let (along_u, along_v) = (weight * (xu * y - x * yu), weight * (xv * y - x * yv));
+            for (c, (f_plus, f_minus)) in points[plus].iter().zip(points[minus]).enumerate() {
+                sample.du[c] += along_u * (f_plus - f_minus);
+                sample.dv[c] += along_v * (f_plus - f_minus);
             }
         }
     }
@@ -146,8 +146,7 @@ pub const FACE_EDGES: [[usize; 4]; 4] = [
     [12, 8, 4, 0],
 ];
 
-/// Control point of corner `i` of a drawn patch: of the face, or of part `part` of
-/// [`PARTS`](super::transition::PARTS).
+/// Control point of corner `i` of a drawn patch: of the face, or of part `part` of [`PARTS`].
 pub fn corner_point(kind: Kind, part: Option<u8>, i: usize) -> usize {
     match part {
         None => FACE_EDGES[i][0],
@@ -435,8 +434,7 @@ mod tests {
         for e in 0..4 {
             let mut q = p.clone();
             // Everything that belongs to other edges moves.
-            for i in 0..4 {
-                let (plus, minus) = GREGORY_CORNERS[i];
+            for (i, (plus, minus)) in GREGORY_CORNERS.into_iter().enumerate() {
                 if i != e {
                     q[plus] = [9.0; 8];
                 }
