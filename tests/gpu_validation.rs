@@ -65,3 +65,35 @@ fn unknown_devices_are_refused_with_a_list() {
         );
     }
 }
+
+/// Runs in a process of its own, started by the test below; without its variable it has nothing to look at.
+#[test]
+fn child_without_a_driver() {
+    if std::env::var_os("GRADTESS_TEST_CHILD").is_none() {
+        return;
+    }
+    assert!(
+        devices().is_ok_and(|all| all.is_empty()) || matches!(devices(), Err(GpuError::NoDevice))
+    );
+    let Err(error) = Gpu::new(&GpuOptions::default()) else {
+        panic!("there is a device")
+    };
+    assert!(matches!(error, GpuError::NoDevice) && !error.is_request());
+    println!("refused: {error}");
+}
+
+#[test]
+fn a_machine_without_a_driver_is_told_so() {
+    let run = std::process::Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "child_without_a_driver", "--nocapture"])
+        .env("GRADTESS_TEST_CHILD", "1")
+        .env("VK_DRIVER_FILES", "/nonexistent.json")
+        .env("VK_ICD_FILENAMES", "/nonexistent.json")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&run.stdout);
+    assert!(
+        run.status.success() && said.contains("refused: no Vulkan device"),
+        "{said}"
+    );
+}

@@ -103,8 +103,11 @@ impl Instance {
             info = info.push_next(&mut features);
         }
         // SAFETY: every pointer in `info` lives until the call returns; layers and extensions were found to exist.
-        let handle =
-            unsafe { entry.create_instance(&info, None) }.named("vkCreateInstance", "gradtess")?;
+        let handle = match unsafe { entry.create_instance(&info, None) } {
+            // What the loader says when it finds no driver at all.
+            Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => return Err(GpuError::NoDevice),
+            made => made.named("vkCreateInstance", "gradtess")?,
+        };
 
         let mut instance = Instance {
             debug: debug_utils.then(|| DebugUtils::new(&entry, &handle)),

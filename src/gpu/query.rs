@@ -32,7 +32,8 @@ impl Scope {
 }
 
 /// GPU times in ns. `None`: nothing of that sort was drawn, or the device has no timestamps. Draws overlap on hardware,
-/// so the parts need not add up to the frame.
+/// so the parts need not add up to the frame; on
+/// lavapipe, which rasterises at the end of the pass, the parts hold the vertex work only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct GpuTimes {
     /// From the start of the frame to the end of its render pass; without upload and read-back.
