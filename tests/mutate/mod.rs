@@ -17,8 +17,7 @@ pub fn documents() -> Vec<Vec<u8>> {
                { "level": 1, "half_edge": 3, "a": 0.2, "b": -1.5e-3, "frame": "boundary" }],
   "colour": [{ "level": 2, "half_edge": 144, "colour": [1, 0.5, 0.25] }]
 }"#;
-    let builtin =
-        r#"{ "gradtess": 1, "builtin": "grid:3x2", "vertex_colours": [[0.1, 0.2, 0.3]] }"#;
+    let builtin = r#"{ "gradtess": 1, "builtin": "triangle", "vertex_colours": [[0.1, 0.2, 0.3], [1, 0, 0], [0, 1, 0, 0.5]] }"#;
     vec![model.into(), json.into(), builtin.into()]
 }
 
