@@ -19,6 +19,14 @@ pub struct Message {
     pub text: String,
 }
 
+impl std::fmt::Display for Message {
+    /// The text in one line; it names the id.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let line = self.text.split_whitespace().collect::<Vec<_>>().join(" ");
+        f.write_str(&line)
+    }
+}
+
 type Log = Mutex<Vec<Message>>;
 
 pub(super) struct Instance {
