@@ -39,11 +39,7 @@ pub enum ImageError {
 impl Picture {
     /// A picture of one colour.
     pub fn filled(width: u32, height: u32, colour: [u8; 4]) -> Picture {
-        Picture {
-            width,
-            height,
-            rgba: colour.repeat(width as usize * height as usize),
-        }
+        Picture { width, height, rgba: colour.repeat(width as usize * height as usize) }
     }
 
     /// The pixel in column `x` and row `y` from the top.
@@ -51,19 +47,9 @@ impl Picture {
     /// # Panics
     /// When it lies outside.
     pub fn pixel(&self, x: u32, y: u32) -> [u8; 4] {
-        assert!(
-            x < self.width && y < self.height,
-            "pixel {x},{y} of {}x{}",
-            self.width,
-            self.height
-        );
+        assert!(x < self.width && y < self.height, "pixel {x},{y} of {}x{}", self.width, self.height);
         let at = 4 * (y as usize * self.width as usize + x as usize);
-        [
-            self.rgba[at],
-            self.rgba[at + 1],
-            self.rgba[at + 2],
-            self.rgba[at + 3],
-        ]
+        [self.rgba[at], self.rgba[at + 1], self.rgba[at + 2], self.rgba[at + 3]]
     }
 
     /// Writes a PNG: under a temporary name first, which then takes the place of `path`, so that an older file stays
@@ -77,16 +63,11 @@ impl Picture {
             path.file_name().unwrap_or_default().to_string_lossy(),
             std::process::id()
         ));
-        let written = self
-            .encode(&part, text)
-            .and_then(|()| std::fs::rename(&part, path));
+        let written = self.encode(&part, text).and_then(|()| std::fs::rename(&part, path));
         written.map_err(|source| {
             // The error that matters is the first; the leftover may not even exist.
             let _ = std::fs::remove_file(&part);
-            ImageError::File {
-                file: path.display().to_string(),
-                source,
-            }
+            ImageError::File { file: path.display().to_string(), source }
         })
     }
 
@@ -110,40 +91,21 @@ impl Picture {
     /// [`ImageError`].
     pub fn read_png(path: &Path) -> Result<Picture, ImageError> {
         let file = path.display().to_string();
-        let bad = |what: String| ImageError::Content {
-            file: file.clone(),
-            what,
-        };
-        let opened = File::open(path).map_err(|source| ImageError::File {
-            file: file.clone(),
-            source,
-        })?;
-        let mut reader = png::Decoder::new(BufReader::new(opened))
-            .read_info()
-            .map_err(|e| bad(e.to_string()))?;
-        let size = reader
-            .output_buffer_size()
-            .ok_or_else(|| bad("the picture is too large".to_owned()))?;
+        let bad = |what: String| ImageError::Content { file: file.clone(), what };
+        let opened = File::open(path).map_err(|source| ImageError::File { file: file.clone(), source })?;
+        let mut reader = png::Decoder::new(BufReader::new(opened)).read_info().map_err(|e| bad(e.to_string()))?;
+        let size = reader.output_buffer_size().ok_or_else(|| bad("the picture is too large".to_owned()))?;
         let mut bytes = vec![0; size];
-        let info = reader
-            .next_frame(&mut bytes)
-            .map_err(|e| bad(e.to_string()))?;
+        let info = reader.next_frame(&mut bytes).map_err(|e| bad(e.to_string()))?;
         bytes.truncate(info.buffer_size());
         let rgba = match (info.bit_depth, info.color_type) {
             (png::BitDepth::Eight, png::ColorType::Rgba) => bytes,
-            (png::BitDepth::Eight, png::ColorType::Rgb) => bytes
-                .chunks_exact(3)
-                .flat_map(|p| [p[0], p[1], p[2], 255])
-                .collect(),
-            (depth, colour) => {
-                return Err(bad(format!("{colour:?}, {} bits a channel", depth as u8)))
+            (png::BitDepth::Eight, png::ColorType::Rgb) => {
+                bytes.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect()
             }
+            (depth, colour) => return Err(bad(format!("{colour:?}, {} bits a channel", depth as u8))),
         };
-        Ok(Picture {
-            width: info.width,
-            height: info.height,
-            rgba,
-        })
+        Ok(Picture { width: info.width, height: info.height, rgba })
     }
 
     /// The rectangle of `width` by `height` pixels whose top left pixel is (x, y), cut where the picture ends.
@@ -155,11 +117,7 @@ impl Picture {
             let at = 4 * (row as usize * self.width as usize + x as usize);
             rgba.extend_from_slice(&self.rgba[at..at + 4 * width as usize]);
         }
-        Picture {
-            width,
-            height,
-            rgba,
-        }
+        Picture { width, height, rgba }
     }
 
     /// Copies `other` over this picture with its top left pixel at (x, y), cut where this picture ends. No blending.
@@ -178,20 +136,12 @@ impl Picture {
     /// The picture over an opaque colour.
     pub fn over(&self, [r, g, b]: [u8; 3]) -> Picture {
         let blend = |c: u8, under: u8, alpha: u8| {
-            ((u32::from(c) * u32::from(alpha) + u32::from(under) * (255 - u32::from(alpha)) + 127)
-                / 255) as u8
+            ((u32::from(c) * u32::from(alpha) + u32::from(under) * (255 - u32::from(alpha)) + 127) / 255) as u8
         };
         let rgba = self
             .rgba
             .chunks_exact(4)
-            .flat_map(|p| {
-                [
-                    blend(p[0], r, p[3]),
-                    blend(p[1], g, p[3]),
-                    blend(p[2], b, p[3]),
-                    255,
-                ]
-            })
+            .flat_map(|p| [blend(p[0], r, p[3]), blend(p[1], g, p[3]), blend(p[2], b, p[3]), 255])
             .collect();
         Picture { rgba, ..*self }
     }
@@ -205,11 +155,7 @@ pub fn contact_sheet(pictures: &[Picture], columns: u32, gap: u32, ground: [u8; 
     let (across, down) = (cell(|p| p.width), cell(|p| p.height));
     let mut sheet = Picture::filled(columns * across + gap, rows * down + gap, ground);
     for (i, picture) in (0..).zip(pictures) {
-        sheet.paste(
-            picture,
-            gap + i % columns * across,
-            gap + i / columns * down,
-        );
+        sheet.paste(picture, gap + i % columns * across, gap + i / columns * down);
     }
     sheet
 }
@@ -239,11 +185,7 @@ pub fn compare(a: &Picture, b: &Picture) -> Option<Difference> {
     if (a.width, a.height) != (b.width, b.height) {
         return None;
     }
-    let mut difference = Difference {
-        max_channel: 0,
-        histogram: vec![0; 256],
-        coverage: 0,
-    };
+    let mut difference = Difference { max_channel: 0, histogram: vec![0; 256], coverage: 0 };
     for (p, q) in a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4)) {
         let most = (0..4).map(|c| p[c].abs_diff(q[c])).max().unwrap_or(0);
         difference.histogram[most as usize] += 1;
@@ -268,22 +210,14 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("gradtess-image-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("a.png");
-        checkered()
-            .write_png(&path, &[("Software", "gradtess")])
-            .unwrap();
+        checkered().write_png(&path, &[("Software", "gradtess")]).unwrap();
         checkered().write_png(&path, &[]).unwrap();
         assert_eq!(Picture::read_png(&path).unwrap(), checkered());
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
         std::fs::write(&path, b"not a picture").unwrap();
-        assert!(matches!(
-            Picture::read_png(&path),
-            Err(ImageError::Content { .. })
-        ));
+        assert!(matches!(Picture::read_png(&path), Err(ImageError::Content { .. })));
         std::fs::remove_dir_all(&folder).unwrap();
-        assert!(matches!(
-            checkered().write_png(&path, &[]),
-            Err(ImageError::File { .. })
-        ));
+        assert!(matches!(checkered().write_png(&path, &[]), Err(ImageError::File { .. })));
     }
 
     #[test]
@@ -301,10 +235,7 @@ mod tests {
     #[test]
     fn crops_and_sheets_put_pixels_where_they_belong() {
         let crop = checkered().crop(1, 0, 9, 1);
-        assert_eq!(
-            (crop.width, crop.height, crop.pixel(0, 0)),
-            (2, 1, [200, 0, 0, 0])
-        );
+        assert_eq!((crop.width, crop.height, crop.pixel(0, 0)), (2, 1, [200, 0, 0, 0]));
         let sheet = contact_sheet(&[checkered(), crop, checkered()], 2, 1, [9; 4]);
         assert_eq!((sheet.width, sheet.height), (9, 7));
         assert_eq!(sheet.pixel(2, 1), [200, 0, 0, 0]);

@@ -1,4 +1,6 @@
 //! gradtess
+pub mod check;
+pub mod command;
 pub mod gpu;
 pub mod image;
 pub mod mesh;

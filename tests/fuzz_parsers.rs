@@ -11,10 +11,7 @@ use std::time::{Duration, Instant};
 mod mutate;
 
 fn variable(name: &str, default: u64) -> u64 {
-    std::env::var(name)
-        .ok()
-        .and_then(|value| value.parse().ok())
-        .unwrap_or(default)
+    std::env::var(name).ok().and_then(|value| value.parse().ok()).unwrap_or(default)
 }
 
 #[test]
@@ -42,10 +39,7 @@ fn parsers_survive() {
                 }
             }
             Ok(false) => {}
-            Err(_) => panic!(
-                "seed {seed}, input {inputs}: {:?}",
-                String::from_utf8_lossy(&input)
-            ),
+            Err(_) => panic!("seed {seed}, input {inputs}: {:?}", String::from_utf8_lossy(&input)),
         }
     }
     println!("{inputs} inputs in {seconds} s, {loaded} of them loaded, seed {seed}");

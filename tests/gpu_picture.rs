@@ -5,8 +5,8 @@ mod gpu_support;
 
 use gpu_support::*;
 use gradtess::gpu::{
-    level_colour, patch_colour, quad_vertices, triangle_vertices, Format, Frame, Gpu, GpuError,
-    Pixels, Show, TessRule, WIRE_COLOUR,
+    level_colour, patch_colour, quad_vertices, triangle_vertices, Format, Frame, Gpu, GpuError, Pixels, Show, TessRule,
+    WIRE_COLOUR,
 };
 use gradtess::image::Picture;
 use gradtess::patch::transition::{parts_of, Side, PARTS};
@@ -34,10 +34,7 @@ fn table_of(kind: Kind, faces: &[Vec<ControlPoint>]) -> PatchTable {
 
 fn floats(pixels: Pixels) -> Vec<[f32; 4]> {
     match pixels {
-        Pixels::Rgba32f(floats) => floats
-            .chunks_exact(4)
-            .map(|p| [p[0], p[1], p[2], p[3]])
-            .collect(),
+        Pixels::Rgba32f(floats) => floats.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect(),
         Pixels::Rgba8(_) => panic!("floats were asked for"),
     }
 }
@@ -51,20 +48,11 @@ fn picture(rendered: gradtess::gpu::Rendered) -> Picture {
 fn pixels_sample_the_view_at_their_centres() {
     with_gpu(|gpu| {
         for kind in KINDS {
-            let table = gpu
-                .upload(&table_of(kind, &[flat(kind, [-1.0, -1.0, 2.0, 2.0], 1.0)]))
-                .unwrap();
+            let table = gpu.upload(&table_of(kind, &[flat(kind, [-1.0, -1.0, 2.0, 2.0], 1.0)])).unwrap();
             for samples in [1, 4] {
                 let view = [0.1, 0.25, 0.7, 0.9];
                 let (width, height) = (61, 37);
-                let frame = Frame {
-                    width,
-                    height,
-                    view,
-                    samples,
-                    format: Format::Rgba32f,
-                    ..frame(1)
-                };
+                let frame = Frame { width, height, view, samples, format: Format::Rgba32f, ..frame(1) };
                 let drawn = floats(gpu.render(&table, &frame).unwrap().pixels);
                 assert_eq!(drawn.len(), 61 * 37);
                 // The rasteriser snaps vertices to 1/256 of a pixel.
@@ -74,10 +62,7 @@ fn pixels_sample_the_view_at_their_centres() {
                     let x = view[0] + (i + 0.5) * (view[2] - view[0]) / f64::from(width);
                     let y = view[3] - (j + 0.5) * (view[3] - view[1]) / f64::from(height);
                     for (got, expected) in pixel.into_iter().zip([x, y, 0.0, 1.0]) {
-                        assert!(
-                            (f64::from(got) - expected).abs() < within,
-                            "{i},{j}: {pixel:?} for {x},{y}"
-                        );
+                        assert!((f64::from(got) - expected).abs() < within, "{i},{j}: {pixel:?} for {x},{y}");
                     }
                 }
             }
@@ -88,32 +73,15 @@ fn pixels_sample_the_view_at_their_centres() {
 #[test]
 fn a_rectangle_covers_its_pixels_and_no_others() {
     with_gpu(|gpu| {
-        let table = table_of(
-            Kind::Bicubic,
-            &[flat(Kind::Bicubic, [0.25, 0.5, 0.75, 1.0], 1.0)],
-        );
+        let table = table_of(Kind::Bicubic, &[flat(Kind::Bicubic, [0.25, 0.5, 0.75, 1.0], 1.0)]);
         let table = gpu.upload(&table).unwrap();
         for samples in [1, 4] {
             for format in [Format::Rgba8, Format::Rgba32f] {
-                let picture = picture(
-                    gpu.render(
-                        &table,
-                        &Frame {
-                            samples,
-                            format,
-                            ..frame(16)
-                        },
-                    )
-                    .unwrap(),
-                );
+                let picture = picture(gpu.render(&table, &Frame { samples, format, ..frame(16) }).unwrap());
                 for y in 0..16 {
                     for x in 0..16 {
                         let inside = (4..12).contains(&x) && y < 8;
-                        assert_eq!(
-                            picture.pixel(x, y)[3],
-                            if inside { 255 } else { 0 },
-                            "{x},{y}"
-                        );
+                        assert_eq!(picture.pixel(x, y)[3], if inside { 255 } else { 0 }, "{x},{y}");
                     }
                 }
             }
@@ -121,22 +89,8 @@ fn a_rectangle_covers_its_pixels_and_no_others() {
         // Half a pixel more on every side: four samples see it in part, with the colour of the patch unchanged.
         let edge = 0.5 / 16.0;
         let rectangle = [0.25 - edge, 0.5 - edge, 0.75 + edge, 0.9];
-        let table = gpu
-            .upload(&table_of(
-                Kind::Bicubic,
-                &[flat(Kind::Bicubic, rectangle, 1.0)],
-            ))
-            .unwrap();
-        let picture = picture(
-            gpu.render(
-                &table,
-                &Frame {
-                    samples: 4,
-                    ..frame(16)
-                },
-            )
-            .unwrap(),
-        );
+        let table = gpu.upload(&table_of(Kind::Bicubic, &[flat(Kind::Bicubic, rectangle, 1.0)])).unwrap();
+        let picture = picture(gpu.render(&table, &Frame { samples: 4, ..frame(16) }).unwrap());
         let [r, _, b, a] = picture.pixel(3, 6);
         assert!(a.abs_diff(128) <= 1 && b == 0, "{:?}", picture.pixel(3, 6));
         // Straight alpha: the red of x near 0.23, not half of it.
@@ -152,8 +106,7 @@ fn mosaic(kind: Kind, constellation: u8, spread: f64, random: &mut Random) -> Pa
         point[7] = 0.5;
     }
     builder.transition(kind, 1, &face, constellation);
-    let is_split =
-        |e: u8| !parts_of(constellation).any(|number| PARTS[number].sides.contains(&Side::Full(e)));
+    let is_split = |e: u8| !parts_of(constellation).any(|number| PARTS[number].sides.contains(&Side::Full(e)));
     // Corners and midpoints of the outer square, out of the view.
     let outer = |e: usize, half: usize| -> [f64; 2] {
         let corners = [[-0.1, -0.1], [1.1, -0.1], [1.1, 1.1], [-0.1, 1.1]];
@@ -178,11 +131,7 @@ fn mosaic(kind: Kind, constellation: u8, spread: f64, random: &mut Random) -> Pa
                     let mut p = f32_exact(inner[column]);
                     for c in 0..2 {
                         let far = from[c] + (to[c] - from[c]) * column as f64 / 3.0;
-                        p[c] = if i / 4 == 3 {
-                            p[c]
-                        } else {
-                            far + (p[c] - far) * row
-                        };
+                        p[c] = if i / 4 == 3 { p[c] } else { far + (p[c] - far) * row };
                     }
                     p
                 })
@@ -200,24 +149,16 @@ fn alpha_range(gpu: &Gpu, spread: f64, seed: u64) -> (f32, f32) {
     let (mut least, mut most) = (1.0f32, 0.0f32);
     for kind in KINDS {
         for constellation in 1..=5 {
-            let table = gpu
-                .upload(&mosaic(kind, constellation, spread, &mut random))
-                .unwrap();
+            let table = gpu.upload(&mosaic(kind, constellation, spread, &mut random)).unwrap();
             let rules = [1.0, 2.0, 3.0, 5.0, 7.0, 16.0].map(TessRule::Fixed);
-            let mut rules: Vec<TessRule> =
-                rules.into_iter().chain([TessRule::Pixels(6.0)]).collect();
+            let mut rules: Vec<TessRule> = rules.into_iter().chain([TessRule::Pixels(6.0)]).collect();
             if constellation == 5 {
                 // Only here are all the neighbours of one level, so that they meet each other by this rule too.
                 rules.extend([TessRule::Base(12.0), TessRule::Base(5.0)]);
             }
             for tess in rules {
                 for samples in [1, 4] {
-                    let frame = Frame {
-                        tess,
-                        samples,
-                        format: Format::Rgba32f,
-                        ..frame(200)
-                    };
+                    let frame = Frame { tess, samples, format: Format::Rgba32f, ..frame(200) };
                     for pixel in floats(gpu.render(&table, &frame).unwrap().pixels) {
                         least = least.min(pixel[3]);
                         most = most.max(pixel[3]);
@@ -266,23 +207,13 @@ fn shaders_run_as_often_as_the_formulas_say() {
                     let n = t.ceil() as u64;
                     let (mut patches, mut vertices, mut points) = (0, 0, 0);
                     for range in &builder.table.ranges {
-                        let triangle = range
-                            .part
-                            .is_some_and(|number| PARTS[number as usize].triangle);
-                        let each = if triangle {
-                            triangle_vertices(n)
-                        } else {
-                            quad_vertices(n)
-                        };
+                        let triangle = range.part.is_some_and(|number| PARTS[number as usize].triangle);
+                        let each = if triangle { triangle_vertices(n) } else { quad_vertices(n) };
                         patches += u64::from(range.count);
                         vertices += u64::from(range.count) * each;
                         points += u64::from(range.count) * range.stride() as u64;
                     }
-                    let frame = Frame {
-                        tess: TessRule::Fixed(t),
-                        statistics: true,
-                        ..frame(32)
-                    };
+                    let frame = Frame { tess: TessRule::Fixed(t), statistics: true, ..frame(32) };
                     let counts = gpu.render(&table, &frame).unwrap().statistics.unwrap();
                     let name = format!("{kind:?} C{constellation} level {t}");
                     assert_eq!(counts.ia_vertices, points, "{name}");
@@ -313,23 +244,9 @@ fn alpha_is_straight_and_blends_over_the_background() {
             (Some([0.0, 0.0, 1.0, 0.0]), [255, 128, 0, 64]),
         ] {
             for samples in [1, 4] {
-                let picture = picture(
-                    gpu.render(
-                        &table,
-                        &Frame {
-                            background,
-                            samples,
-                            ..frame(3)
-                        },
-                    )
-                    .unwrap(),
-                );
+                let picture = picture(gpu.render(&table, &Frame { background, samples, ..frame(3) }).unwrap());
                 for (got, expected) in picture.pixel(1, 1).into_iter().zip(expected) {
-                    assert!(
-                        got.abs_diff(expected) <= 1,
-                        "{background:?}: {:?}",
-                        picture.pixel(1, 1)
-                    );
+                    assert!(got.abs_diff(expected) <= 1, "{background:?}: {:?}", picture.pixel(1, 1));
                 }
             }
         }
@@ -340,24 +257,13 @@ fn alpha_is_straight_and_blends_over_the_background() {
 fn colours_are_clamped_at_output_only() {
     with_gpu(|gpu| {
         // Red runs from -1 to 2 across the picture.
-        let table = table_of(
-            Kind::Bicubic,
-            &[flat(Kind::Bicubic, [-1.0, -1.0, 2.0, 2.0], 1.0)],
-        );
+        let table = table_of(Kind::Bicubic, &[flat(Kind::Bicubic, [-1.0, -1.0, 2.0, 2.0], 1.0)]);
         let table = gpu.upload(&table).unwrap();
         let view = [-1.0, -1.0, 2.0, 2.0];
         let eight = picture(gpu.render(&table, &Frame { view, ..frame(30) }).unwrap());
         assert_eq!((eight.pixel(2, 2)[0], eight.pixel(28, 2)[0]), (0, 255));
-        assert!(
-            eight.pixel(15, 2)[0].abs_diff(140) <= 1,
-            "{:?}",
-            eight.pixel(15, 2)
-        );
-        let frame = Frame {
-            view,
-            format: Format::Rgba32f,
-            ..frame(30)
-        };
+        assert!(eight.pixel(15, 2)[0].abs_diff(140) <= 1, "{:?}", eight.pixel(15, 2));
+        let frame = Frame { view, format: Format::Rgba32f, ..frame(30) };
         let drawn = floats(gpu.render(&table, &frame).unwrap().pixels);
         assert!(drawn[0][0] < -0.9 && drawn[29][0] > 1.9);
     });
@@ -372,42 +278,17 @@ fn flat_colours_tell_kinds_parts_and_levels() {
             let mut builder = Builder::default();
             builder.transition(kind, 3, &flat(kind, rectangle, 1.0), 3);
             let table = gpu.upload(&builder.table).unwrap();
-            let patches = picture(
-                gpu.render(
-                    &table,
-                    &Frame {
-                        show: Show::Patches,
-                        ..frame(16)
-                    },
-                )
-                .unwrap(),
-            );
+            let patches = picture(gpu.render(&table, &Frame { show: Show::Patches, ..frame(16) }).unwrap());
             assert_eq!(patches.pixel(3, 8), to_bytes(patch_colour(kind, Some(7))));
             assert_eq!(patches.pixel(12, 8), to_bytes(patch_colour(kind, Some(8))));
-            let levels = picture(
-                gpu.render(
-                    &table,
-                    &Frame {
-                        show: Show::Levels,
-                        ..frame(16)
-                    },
-                )
-                .unwrap(),
-            );
+            let levels = picture(gpu.render(&table, &Frame { show: Show::Levels, ..frame(16) }).unwrap());
             assert_eq!(levels.pixel(12, 8), to_bytes(level_colour(3)));
             for (show, opaque) in [(Show::Wire, false), (Show::SurfaceWire, true)] {
                 let wire = picture(gpu.render(&table, &Frame { show, ..frame(64) }).unwrap());
                 let line = to_bytes(WIRE_COLOUR);
                 let drawn = wire.rgba.chunks_exact(4).filter(|p| *p == line).count();
-                assert!(
-                    (200..3000).contains(&drawn),
-                    "{show:?}: {drawn} pixels of lines"
-                );
-                assert_eq!(
-                    wire.rgba.chunks_exact(4).all(|p| p[3] == 255),
-                    opaque,
-                    "{show:?}"
-                );
+                assert!((200..3000).contains(&drawn), "{show:?}: {drawn} pixels of lines");
+                assert_eq!(wire.rgba.chunks_exact(4).all(|p| p[3] == 255), opaque, "{show:?}");
             }
         }
     });
@@ -418,75 +299,30 @@ fn later_ranges_cover_earlier_ones() {
     with_gpu(|gpu| {
         let mut builder = Builder::default();
         for level in [0, 5] {
-            builder.whole(
-                Kind::Bicubic,
-                level,
-                &flat(Kind::Bicubic, [0.0, 0.0, 1.0, 1.0], 1.0),
-            );
+            builder.whole(Kind::Bicubic, level, &flat(Kind::Bicubic, [0.0, 0.0, 1.0, 1.0], 1.0));
         }
         let table = gpu.upload(&builder.table).unwrap();
-        let drawn = picture(
-            gpu.render(
-                &table,
-                &Frame {
-                    show: Show::Levels,
-                    ..frame(4)
-                },
-            )
-            .unwrap(),
-        );
-        assert_eq!(
-            drawn.pixel(2, 2),
-            level_colour(5).map(|c| (c * 255.0).round() as u8)
-        );
+        let drawn = picture(gpu.render(&table, &Frame { show: Show::Levels, ..frame(4) }).unwrap());
+        assert_eq!(drawn.pixel(2, 2), level_colour(5).map(|c| (c * 255.0).round() as u8));
     });
 }
 
 #[test]
 fn empty_tables_give_the_background() {
     with_gpu(|gpu| {
-        let empty_range = DrawRange {
-            kind: Kind::Gregory,
-            part: Some(3),
-            level: 0,
-            first: 0,
-            count: 0,
-        };
+        let empty_range = DrawRange { kind: Kind::Gregory, part: Some(3), level: 0, first: 0, count: 0 };
         for ranges in [vec![], vec![empty_range]] {
-            let table = gpu
-                .upload(&PatchTable {
-                    ranges,
-                    ..PatchTable::default()
-                })
-                .unwrap();
+            let table = gpu.upload(&PatchTable { ranges, ..PatchTable::default() }).unwrap();
             assert_eq!((table.bytes(), table.upload_ns()), (0, None));
-            assert_eq!(
-                gpu.evaluate(&table, TessRule::Fixed(1.0), [1.0; 2])
-                    .unwrap(),
-                []
-            );
+            assert_eq!(gpu.evaluate(&table, TessRule::Fixed(1.0), [1.0; 2]).unwrap(), []);
             for show in [Show::Surface, Show::SurfaceWire] {
-                let frame = Frame {
-                    show,
-                    statistics: true,
-                    ..frame(5)
-                };
+                let frame = Frame { show, statistics: true, ..frame(5) };
                 let rendered = gpu.render(&table, &frame).unwrap();
                 assert_eq!(rendered.statistics.unwrap().tes_invocations, 0);
                 assert_eq!(picture(rendered), Picture::filled(5, 5, [0; 4]));
             }
             let background = Some([1.0, 0.0, 0.2, 1.0]);
-            let drawn = picture(
-                gpu.render(
-                    &table,
-                    &Frame {
-                        background,
-                        samples: 4,
-                        ..frame(5)
-                    },
-                )
-                .unwrap(),
-            );
+            let drawn = picture(gpu.render(&table, &Frame { background, samples: 4, ..frame(5) }).unwrap());
             assert_eq!(drawn, Picture::filled(5, 5, [255, 0, 51, 255]));
         }
     });
@@ -495,14 +331,8 @@ fn empty_tables_give_the_background() {
 #[test]
 fn a_prepared_frame_runs_again_and_reports_its_times() {
     with_gpu(|gpu| {
-        let table = gpu
-            .upload(&mosaic(Kind::Gregory, 4, 0.1, &mut Random::new(23)))
-            .unwrap();
-        let frame = Frame {
-            background: Some([1.0; 4]),
-            show: Show::SurfaceWire,
-            ..frame(100)
-        };
+        let table = gpu.upload(&mosaic(Kind::Gregory, 4, 0.1, &mut Random::new(23))).unwrap();
+        let frame = Frame { background: Some([1.0; 4]), show: Show::SurfaceWire, ..frame(100) };
         let prepared = gpu.prepare(&table, &frame).unwrap();
         let first = prepared.run(true).unwrap();
         let pixels = prepared.pixels().unwrap();
@@ -516,13 +346,9 @@ fn a_prepared_frame_runs_again_and_reports_its_times() {
             assert!(times.wait_ns > 0 && times.record_ns > 0);
             if gpu.device().limits.timestamp_valid_bits > 0 {
                 assert!(times.gpu.frame_ns.unwrap() > 0 && times.gpu.upload_ns.is_some());
-                assert!(
-                    times.gpu.bicubic_ns.is_some() && times.gpu.gregory_transition_ns.is_some()
-                );
+                assert!(times.gpu.bicubic_ns.is_some() && times.gpu.gregory_transition_ns.is_some());
                 assert!(times.gpu.overlay_ns.is_some());
-                assert!(
-                    times.gpu.gregory_ns.is_none() && times.gpu.bicubic_transition_ns.is_none()
-                );
+                assert!(times.gpu.gregory_ns.is_none() && times.gpu.bicubic_transition_ns.is_none());
             }
         }
     });
@@ -534,113 +360,30 @@ fn senseless_requests_are_refused_by_name() {
         let table = gpu.upload(&PatchTable::default()).unwrap();
         let [max, _] = gpu.device().limits.max_image;
         let frames = [
-            (
-                Frame {
-                    width: 0,
-                    ..frame(8)
-                },
-                "0x8",
-            ),
-            (
-                Frame {
-                    width: max + 1,
-                    ..frame(1)
-                },
-                "too large",
-            ),
-            (
-                Frame {
-                    samples: 2,
-                    ..frame(8)
-                },
-                "2 samples",
-            ),
-            (
-                Frame {
-                    view: [0.0, 0.0, 0.0, 1.0],
-                    ..frame(8)
-                },
-                "view",
-            ),
-            (
-                Frame {
-                    view: [0.0, 0.0, f64::NAN, 1.0],
-                    ..frame(8)
-                },
-                "view",
-            ),
-            (
-                Frame {
-                    tess: TessRule::Fixed(65.0),
-                    ..frame(8)
-                },
-                "64",
-            ),
-            (
-                Frame {
-                    tess: TessRule::Pixels(0.0),
-                    ..frame(8)
-                },
-                "positive",
-            ),
-            (
-                Frame {
-                    background: Some([f32::INFINITY; 4]),
-                    ..frame(8)
-                },
-                "background",
-            ),
+            (Frame { width: 0, ..frame(8) }, "0x8"),
+            (Frame { width: max + 1, ..frame(1) }, "too large"),
+            (Frame { samples: 2, ..frame(8) }, "2 samples"),
+            (Frame { view: [0.0, 0.0, 0.0, 1.0], ..frame(8) }, "view"),
+            (Frame { view: [0.0, 0.0, f64::NAN, 1.0], ..frame(8) }, "view"),
+            (Frame { tess: TessRule::Fixed(65.0), ..frame(8) }, "64"),
+            (Frame { tess: TessRule::Pixels(0.0), ..frame(8) }, "positive"),
+            (Frame { background: Some([f32::INFINITY; 4]), ..frame(8) }, "background"),
         ];
         for (frame, word) in frames {
             let error = gpu.render(&table, &frame).unwrap_err();
-            assert!(
-                error.is_request() && error.to_string().contains(word),
-                "{error}"
-            );
+            assert!(error.is_request() && error.to_string().contains(word), "{error}");
         }
-        let range = DrawRange {
-            kind: Kind::Bicubic,
-            part: None,
-            level: 0,
-            first: 0,
-            count: 1,
-        };
-        let good = PatchTable {
-            control: vec![[0.0; 8]],
-            indices: vec![0; 16],
-            ranges: vec![range],
-            faces: vec![],
-        };
+        let range = DrawRange { kind: Kind::Bicubic, part: None, level: 0, first: 0, count: 1 };
+        let good = PatchTable { control: vec![[0.0; 8]], indices: vec![0; 16], ranges: vec![range], faces: vec![] };
         assert!(gpu.upload(&good).is_ok());
         let tables = [
-            PatchTable {
-                indices: vec![1; 16],
-                ..good.clone()
-            },
-            PatchTable {
-                indices: vec![0; 15],
-                ..good.clone()
-            },
-            PatchTable {
-                ranges: vec![DrawRange {
-                    part: Some(17),
-                    ..range
-                }],
-                ..good.clone()
-            },
-            PatchTable {
-                ranges: vec![DrawRange {
-                    first: u32::MAX,
-                    ..range
-                }],
-                ..good.clone()
-            },
+            PatchTable { indices: vec![1; 16], ..good.clone() },
+            PatchTable { indices: vec![0; 15], ..good.clone() },
+            PatchTable { ranges: vec![DrawRange { part: Some(17), ..range }], ..good.clone() },
+            PatchTable { ranges: vec![DrawRange { first: u32::MAX, ..range }], ..good.clone() },
         ];
         for table in tables {
-            assert!(
-                matches!(gpu.upload(&table), Err(GpuError::Request(_))),
-                "{table:?}"
-            );
+            assert!(matches!(gpu.upload(&table), Err(GpuError::Request(_))), "{table:?}");
         }
     });
 }

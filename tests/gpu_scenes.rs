@@ -22,19 +22,14 @@ fn scenes() -> Vec<PathBuf> {
     let mut all: Vec<PathBuf> = std::fs::read_dir(root.join("scenes"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
-        .filter(|path| {
-            path.extension().is_some_and(|e| e == "json") && !path.ends_with("schema.json")
-        })
+        .filter(|path| path.extension().is_some_and(|e| e == "json") && !path.ends_with("schema.json"))
         .collect();
     let models = root.join("../shared/models/paper");
     if models.is_dir() {
         all.push(models.join("cherry/cherry_editAtSubd3.obj"));
         all.push(models.join("bolling/bolling_Subd3.obj"));
     } else {
-        println!(
-            "the authors' models are skipped: {} is absent",
-            models.display()
-        );
+        println!("the authors' models are skipped: {} is absent", models.display());
     }
     all.sort();
     all
@@ -52,12 +47,7 @@ fn sides_with_the_same_control_points_have_the_same_bits() {
             let refinement = refine(&scene, &mesh, Options::default()).unwrap();
             let table = build::build(&refinement, Irregular::default());
             let uploaded = gpu.upload(&table).unwrap();
-            for rule in [
-                TessRule::Fixed(3.0),
-                TessRule::Fixed(4.0),
-                TessRule::Base(10.0),
-                TessRule::Pixels(9.0),
-            ] {
+            for rule in [TessRule::Fixed(3.0), TessRule::Fixed(4.0), TessRule::Base(10.0), TessRule::Pixels(9.0)] {
                 let points = gpu.evaluate(&uploaded, rule, [1.7, 1.7]).unwrap();
                 let mut sides: HashMap<Places, ([u32; 4], Values)> = HashMap::new();
                 let (mut shared, mut all) = (0, 0);
@@ -77,28 +67,19 @@ fn sides_with_the_same_control_points_have_the_same_bits() {
                             values.reverse();
                         }
                         all += 1;
-                        let Some((others, met)) =
-                            sides.insert(ids.map(place), (ids, values.clone()))
-                        else {
+                        let Some((others, met)) = sides.insert(ids.map(place), (ids, values.clone())) else {
                             continue;
                         };
                         shared += 1;
                         let channels = if others == ids { 8 } else { 2 };
                         for (a, b) in met.iter().zip(&values) {
                             let name = path.display();
-                            assert_eq!(
-                                a[..channels],
-                                b[..channels],
-                                "{name}: {rule:?}, {range:?} side {side}"
-                            );
+                            assert_eq!(a[..channels], b[..channels], "{name}: {rule:?}, {range:?} side {side}");
                         }
                         assert_eq!(met.len(), values.len());
                     }
                 }
-                println!(
-                    "{}: {rule:?}: {shared} of {all} sides met another",
-                    path.display()
-                );
+                println!("{}: {rule:?}: {shared} of {all} sides met another", path.display());
                 assert!(shared > 0 || table.ranges.iter().map(|r| r.count).sum::<u32>() < 4);
             }
         }

@@ -10,39 +10,20 @@ fn every_canary_is_reported() {
     with_gpu(|gpu| {
         for canary in CANARIES {
             let heard = gpu.canary(canary).unwrap();
-            println!(
-                "{canary:?}: {:?}",
-                heard.iter().map(|m| &m.id).collect::<Vec<_>>()
-            );
-            assert!(
-                heard.iter().any(|message| message.error),
-                "{canary:?} went unheard: {heard:?}"
-            );
+            println!("{canary:?}: {:?}", heard.iter().map(|m| &m.id).collect::<Vec<_>>());
+            assert!(heard.iter().any(|message| message.error), "{canary:?} went unheard: {heard:?}");
         }
-        assert!(gpu.canary(CANARIES[2]).unwrap()[0]
-            .id
-            .starts_with("SYNC-HAZARD"));
+        assert!(gpu.canary(CANARIES[2]).unwrap()[0].id.starts_with("SYNC-HAZARD"));
     });
 }
 
 #[test]
 fn devices_are_listed_and_chosen() {
     let all = devices().unwrap();
-    let usable = all
-        .iter()
-        .find(|device| device.missing.is_empty())
-        .expect("a usable device");
+    let usable = all.iter().find(|device| device.missing.is_empty()).expect("a usable device");
     println!("{}", serde_json::to_string_pretty(&all).unwrap());
-    for name in [
-        usable.name.clone(),
-        usable.name.to_uppercase(),
-        usable.index.to_string(),
-    ] {
-        let gpu = Gpu::new(&GpuOptions {
-            device: Some(name),
-            validate: false,
-        })
-        .unwrap();
+    for name in [usable.name.clone(), usable.name.to_uppercase(), usable.index.to_string()] {
+        let gpu = Gpu::new(&GpuOptions { device: Some(name), validate: false }).unwrap();
         assert_eq!(gpu.device(), usable);
         assert!(gpu.messages().is_empty());
     }
@@ -51,18 +32,10 @@ fn devices_are_listed_and_chosen() {
 #[test]
 fn unknown_devices_are_refused_with_a_list() {
     for asked in ["no such device", "99", ""] {
-        let options = GpuOptions {
-            device: Some(asked.to_owned()),
-            validate: false,
-        };
-        let Err(error) = Gpu::new(&options) else {
-            panic!("{asked:?} was found")
-        };
+        let options = GpuOptions { device: Some(asked.to_owned()), validate: false };
+        let Err(error) = Gpu::new(&options) else { panic!("{asked:?} was found") };
         assert!(matches!(error, GpuError::UnknownDevice { .. }) && error.is_request());
-        assert!(
-            error.to_string().contains(&devices().unwrap()[0].name),
-            "{error}"
-        );
+        assert!(error.to_string().contains(&devices().unwrap()[0].name), "{error}");
     }
 }
 
@@ -72,12 +45,8 @@ fn child_without_a_driver() {
     if std::env::var_os("GRADTESS_TEST_CHILD").is_none() {
         return;
     }
-    assert!(
-        devices().is_ok_and(|all| all.is_empty()) || matches!(devices(), Err(GpuError::NoDevice))
-    );
-    let Err(error) = Gpu::new(&GpuOptions::default()) else {
-        panic!("there is a device")
-    };
+    assert!(devices().is_ok_and(|all| all.is_empty()) || matches!(devices(), Err(GpuError::NoDevice)));
+    let Err(error) = Gpu::new(&GpuOptions::default()) else { panic!("there is a device") };
     assert!(matches!(error, GpuError::NoDevice) && !error.is_request());
     println!("refused: {error}");
 }
@@ -92,8 +61,5 @@ fn a_machine_without_a_driver_is_told_so() {
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&run.stdout);
-    assert!(
-        run.status.success() && said.contains("refused: no Vulkan device"),
-        "{said}"
-    );
+    assert!(run.status.success() && said.contains("refused: no Vulkan device"), "{said}");
 }

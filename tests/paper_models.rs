@@ -141,7 +141,13 @@ fn counts_are_those_of_table_1() {
         let number = |key: &str| row[key].parse::<usize>().unwrap();
         assert_eq!(
             [b, bt, g, gt, b + g],
-            [number("bicubic"), number("bicubic_transition"), number("gregory"), number("gregory_transition"), number("total")],
+            [
+                number("bicubic"),
+                number("bicubic_transition"),
+                number("gregory"),
+                number("gregory_transition"),
+                number("total")
+            ],
             "{}",
             row["file"]
         );
@@ -199,7 +205,10 @@ fn control_points_of_every_patch_are_the_authors() {
                 if dp > 2e-5 || dc > 2e-6 {
                     bad += 1;
                     if bad < 20 {
-                        println!("{name} level {} face {} {} {:?} point {k}: {p:?} {q:?}", face.level, want["face"], want["kind"], want["transition"]);
+                        println!(
+                            "{name} level {} face {} {} {:?} point {k}: {p:?} {q:?}",
+                            face.level, want["face"], want["kind"], want["transition"]
+                        );
                     }
                 }
                 (worst, worst_colour) = (worst.max(dp), worst_colour.max(dc));

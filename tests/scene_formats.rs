@@ -52,18 +52,8 @@ fn authors_models_survive_both_formats() {
         assert_eq!(written.losses, Vec::<String>::new(), "{}", path.display());
         let name = path.display().to_string();
         let again = Scene::parse(written.text.as_bytes(), &name).unwrap();
-        assert_eq!(
-            without_lines(again),
-            without_lines(scene.clone()),
-            "{}",
-            path.display()
-        );
-        assert_eq!(
-            without_lines(through_native(&scene)),
-            without_lines(scene),
-            "{}",
-            path.display()
-        );
+        assert_eq!(without_lines(again), without_lines(scene.clone()), "{}", path.display());
+        assert_eq!(without_lines(through_native(&scene)), without_lines(scene), "{}", path.display());
     }
 }
 
@@ -71,25 +61,12 @@ fn authors_models_survive_both_formats() {
 fn authors_models_hold_what_their_lines_say() {
     for path in authors_models() {
         let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
-        let lines = |token: &str| {
-            text.lines()
-                .filter(|l| l.split(' ').next() == Some(token))
-                .count()
-        };
+        let lines = |token: &str| text.lines().filter(|l| l.split(' ').next() == Some(token)).count();
         let scene = Scene::load(&path).unwrap();
         // None of the published files repeats a key, so nothing is replaced.
-        let read = [
-            scene.mesh.positions.len(),
-            scene.mesh.face_start.len() - 1,
-            scene.geometry.len(),
-            scene.colours.len(),
-        ];
-        assert_eq!(
-            read,
-            [lines("v"), lines("f"), lines("ve"), lines("ce")],
-            "{}",
-            path.display()
-        );
+        let read =
+            [scene.mesh.positions.len(), scene.mesh.face_start.len() - 1, scene.geometry.len(), scene.colours.len()];
+        assert_eq!(read, [lines("v"), lines("f"), lines("ve"), lines("ce")], "{}", path.display());
     }
 }
 
@@ -98,14 +75,8 @@ fn our_scenes() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let mut found = Vec::new();
     for folder in [root.clone(), root.join("unit")] {
-        let entries = std::fs::read_dir(&folder)
-            .unwrap()
-            .map(|entry| entry.unwrap().path());
-        found.extend(
-            entries.filter(|p| {
-                p.extension().is_some_and(|e| e == "json") && !p.ends_with("schema.json")
-            }),
-        );
+        let entries = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+        found.extend(entries.filter(|p| p.extension().is_some_and(|e| e == "json") && !p.ends_with("schema.json")));
     }
     found.sort();
     assert!(found.len() >= 20, "only {} scenes", found.len());
@@ -116,12 +87,7 @@ fn our_scenes() -> Vec<PathBuf> {
 fn our_scenes_load_and_survive() {
     for path in our_scenes() {
         let scene = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(
-            without_lines(through_native(&scene)),
-            without_lines(scene),
-            "{}",
-            path.display()
-        );
+        assert_eq!(without_lines(through_native(&scene)), without_lines(scene), "{}", path.display());
     }
 }
 
@@ -142,19 +108,11 @@ fn edits_name_the_vertices_they_mean() {
                 (Frame::Sector, Some(inside)) => ends_in(inside),
                 (Frame::Boundary, _) => {
                     let d = slot(l, edit.half_edge);
-                    assert!(
-                        map.twin(l, d).is_none(),
-                        "{}: {edit:?} is not on the boundary",
-                        path.display()
-                    );
+                    assert!(map.twin(l, d).is_none(), "{}: {edit:?} is not on the boundary", path.display());
                     ends_in(edit.half_edge)
                 }
             };
-            assert!(
-                edit.vertex.is_none_or(|v| v == moved),
-                "{}: {edit:?} moves {moved}",
-                path.display()
-            );
+            assert!(edit.vertex.is_none_or(|v| v == moved), "{}: {edit:?} moves {moved}", path.display());
         }
         for edit in &scene.colours {
             let editable = map.is_colour_vertex(edit.level, slot(edit.level, edit.half_edge));
@@ -168,15 +126,8 @@ fn edits_name_the_vertices_they_mean() {
 fn schema_names_the_keys_of_the_reader() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/schema.json");
     let schema: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
-    let mut known: Vec<&str> = schema["properties"]
-        .as_object()
-        .unwrap()
-        .keys()
-        .map(String::as_str)
-        .collect();
-    let error = Scene::parse(br#"{"gradtess": 1, "?": 0}"#, "x.json")
-        .unwrap_err()
-        .to_string();
+    let mut known: Vec<&str> = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+    let error = Scene::parse(br#"{"gradtess": 1, "?": 0}"#, "x.json").unwrap_err().to_string();
     let mut expected: Vec<&str> = error.split('`').skip(3).step_by(2).collect();
     known.sort_unstable();
     expected.sort_unstable();
@@ -187,23 +138,9 @@ fn schema_names_the_keys_of_the_reader() {
 fn format_is_told_by_content() {
     let model = b"v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n";
     let json = br#" {"gradtess": 1, "builtin": "quad"}"#;
-    assert_eq!(
-        Scene::parse(model, "folder/three.json").unwrap().name,
-        "three"
-    );
-    assert_eq!(
-        Scene::parse(json, "four.obj").unwrap().mesh.positions.len(),
-        4
-    );
-    assert_eq!(
-        Scene::parse(
-            b"\xEF\xBB\xBF{\"gradtess\": 1, \"builtin\": \"quad\"}",
-            "bom"
-        )
-        .unwrap()
-        .name,
-        "bom"
-    );
+    assert_eq!(Scene::parse(model, "folder/three.json").unwrap().name, "three");
+    assert_eq!(Scene::parse(json, "four.obj").unwrap().mesh.positions.len(), 4);
+    assert_eq!(Scene::parse(b"\xEF\xBB\xBF{\"gradtess\": 1, \"builtin\": \"quad\"}", "bom").unwrap().name, "bom");
     for (bytes, word) in [
         (&b""[..], "empty"),
         (b"  \n ", "empty"),
@@ -213,10 +150,7 @@ fn format_is_told_by_content() {
         (b"[1]", "no face"),
     ] {
         let error = Scene::parse(bytes, "x").unwrap_err().to_string();
-        assert!(
-            error.starts_with("x:1:1: ") && error.contains(word),
-            "{error}"
-        );
+        assert!(error.starts_with("x:1:1: ") && error.contains(word), "{error}");
     }
 }
 
@@ -224,38 +158,15 @@ fn format_is_told_by_content() {
 fn saved_files_load_again() {
     let folder = std::env::temp_dir().join(format!("gradtess-scene-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let mut scene = Scene {
-        name: "q".into(),
-        mesh: shapes::builtin("quad").unwrap(),
-        ..Scene::default()
-    };
+    let mut scene = Scene { name: "q".into(), mesh: shapes::builtin("quad").unwrap(), ..Scene::default() };
     scene.save(folder.join("q.json")).unwrap();
-    assert_eq!(
-        without_lines(Scene::load(folder.join("q.json")).unwrap()),
-        scene
-    );
+    assert_eq!(without_lines(Scene::load(folder.join("q.json")).unwrap()), scene);
     let losses = scene.save_authors(folder.join("q.obj")).unwrap();
     assert!(losses.len() <= 1, "{losses:?}");
-    assert_eq!(
-        Scene::load(folder.join("q.obj")).unwrap().mesh.corners,
-        scene.mesh.corners
-    );
-    scene.geometry.push(GeometryEdit {
-        level: 0,
-        half_edge: 0,
-        vertex: None,
-        a: 0.1,
-        b: 0.0,
-        frame: Frame::Sector,
-    });
-    assert!(matches!(
-        scene.save_authors(folder.join("q.obj")),
-        Err(SceneError::Format { .. })
-    ));
-    assert!(matches!(
-        Scene::load(folder.join("absent.json")),
-        Err(SceneError::Read { .. })
-    ));
+    assert_eq!(Scene::load(folder.join("q.obj")).unwrap().mesh.corners, scene.mesh.corners);
+    scene.geometry.push(GeometryEdit { level: 0, half_edge: 0, vertex: None, a: 0.1, b: 0.0, frame: Frame::Sector });
+    assert!(matches!(scene.save_authors(folder.join("q.obj")), Err(SceneError::Format { .. })));
+    assert!(matches!(Scene::load(folder.join("absent.json")), Err(SceneError::Read { .. })));
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
@@ -268,10 +179,7 @@ fn the_documents_that_are_spoiled_are_sound() {
 
 #[test]
 fn a_thousand_spoiled_models_load_or_explain() {
-    let mut documents: Vec<Vec<u8>> = authors_models()
-        .iter()
-        .map(|p| std::fs::read(p).unwrap())
-        .collect();
+    let mut documents: Vec<Vec<u8>> = authors_models().iter().map(|p| std::fs::read(p).unwrap()).collect();
     documents.extend(mutate::documents());
     let mut random = mutate::Random::new(0x5eed_0001);
     let (mut loaded, mut refused) = (0, 0);
@@ -287,10 +195,7 @@ fn a_thousand_spoiled_models_load_or_explain() {
         }
     }
     println!("{loaded} loaded, {refused} refused");
-    assert!(
-        loaded > 0 && refused > 200,
-        "{loaded} loaded, {refused} refused"
-    );
+    assert!(loaded > 0 && refused > 200, "{loaded} loaded, {refused} refused");
 }
 
 #[test]
@@ -300,12 +205,7 @@ fn a_deep_document_does_not_overflow_the_stack() {
 }
 
 fn real() -> impl Strategy<Value = f64> {
-    prop_oneof![
-        -100.0..100.0f64,
-        any::<f64>().prop_filter("finite", |v| v.is_finite()),
-        Just(-0.0),
-        Just(1.0 / 3.0)
-    ]
+    prop_oneof![-100.0..100.0f64, any::<f64>().prop_filter("finite", |v| v.is_finite()), Just(-0.0), Just(1.0 / 3.0)]
 }
 
 fn point() -> impl Strategy<Value = DVec2> {
@@ -324,8 +224,7 @@ fn scene() -> impl Strategy<Value = Scene> {
         let (vertices, half_edges) = (mesh.positions.len(), mesh.corners.len());
         let fine = 9 * half_edges as u64;
         let some = move || prop::collection::btree_set(0..half_edges as u32, 0..half_edges);
-        let points =
-            move || prop::collection::btree_map(0..half_edges as u32, point(), 0..half_edges);
+        let points = move || prop::collection::btree_map(0..half_edges as u32, point(), 0..half_edges);
         let per_corner = prop::collection::vec(colour(), half_edges);
         let geometry = (0..4u32, any::<bool>(), any::<bool>(), real(), real());
         (
@@ -336,54 +235,37 @@ fn scene() -> impl Strategy<Value = Scene> {
             prop::collection::btree_map(0..fine, geometry, 0..6),
             prop::collection::btree_map((0..4u32, 0..fine), colour(), 0..6),
         )
-            .prop_map(
-                move |((name, smooth), positions, initial, tags, geometry, colours)| {
-                    let handles = |points: std::collections::BTreeMap<u32, DVec2>| {
-                        points
-                            .into_iter()
-                            .map(|(half_edge, at)| Handle { half_edge, at })
-                            .collect()
-                    };
-                    let mut mesh = mesh.clone();
-                    mesh.positions = positions;
-                    Scene {
-                        name,
-                        mesh,
-                        corners: if smooth {
-                            CornerRule::Smooth
-                        } else {
-                            CornerRule::Sharp
-                        },
-                        corner_colours: initial.unwrap_or_default(),
-                        sharp: tags.0.into_iter().collect(),
-                        handles: handles(tags.1),
-                        face_points: handles(tags.2),
-                        geometry: geometry
-                            .into_iter()
-                            .map(|(half_edge, (level, known, beyond, a, b))| GeometryEdit {
-                                level,
-                                half_edge,
-                                vertex: known.then_some(half_edge + 7),
-                                a,
-                                b,
-                                frame: if beyond {
-                                    Frame::Boundary
-                                } else {
-                                    Frame::Sector
-                                },
-                            })
-                            .collect(),
-                        colours: colours
-                            .into_iter()
-                            .map(|((level, half_edge), colour)| ColourEdit {
-                                level,
-                                half_edge,
-                                colour,
-                            })
-                            .collect(),
-                    }
-                },
-            )
+            .prop_map(move |((name, smooth), positions, initial, tags, geometry, colours)| {
+                let handles = |points: std::collections::BTreeMap<u32, DVec2>| {
+                    points.into_iter().map(|(half_edge, at)| Handle { half_edge, at }).collect()
+                };
+                let mut mesh = mesh.clone();
+                mesh.positions = positions;
+                Scene {
+                    name,
+                    mesh,
+                    corners: if smooth { CornerRule::Smooth } else { CornerRule::Sharp },
+                    corner_colours: initial.unwrap_or_default(),
+                    sharp: tags.0.into_iter().collect(),
+                    handles: handles(tags.1),
+                    face_points: handles(tags.2),
+                    geometry: geometry
+                        .into_iter()
+                        .map(|(half_edge, (level, known, beyond, a, b))| GeometryEdit {
+                            level,
+                            half_edge,
+                            vertex: known.then_some(half_edge + 7),
+                            a,
+                            b,
+                            frame: if beyond { Frame::Boundary } else { Frame::Sector },
+                        })
+                        .collect(),
+                    colours: colours
+                        .into_iter()
+                        .map(|((level, half_edge), colour)| ColourEdit { level, half_edge, colour })
+                        .collect(),
+                }
+            })
     })
 }
 

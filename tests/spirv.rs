@@ -20,17 +20,8 @@ fn spv_is_valid() {
     }
     for output in &expand::OUTPUTS {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("spv/{}.spv", output.name));
-        let run = Command::new("spirv-val")
-            .args(["--target-env", expand::TARGET_ENV])
-            .arg(&file)
-            .output()
-            .unwrap();
-        assert!(
-            run.status.success(),
-            "{}: {}",
-            file.display(),
-            String::from_utf8_lossy(&run.stderr)
-        );
+        let run = Command::new("spirv-val").args(["--target-env", expand::TARGET_ENV]).arg(&file).output().unwrap();
+        assert!(run.status.success(), "{}: {}", file.display(), String::from_utf8_lossy(&run.stderr));
     }
 }
 
@@ -41,10 +32,7 @@ fn every_source_is_compiled() {
         let entry = entry.unwrap();
         let name = entry.file_name().into_string().unwrap();
         if entry.file_type().unwrap().is_file() {
-            assert!(
-                expand::OUTPUTS.iter().any(|output| output.source == name),
-                "glsl/{name} is not compiled"
-            );
+            assert!(expand::OUTPUTS.iter().any(|output| output.source == name), "glsl/{name} is not compiled");
         }
     }
 }
@@ -53,11 +41,7 @@ fn every_source_is_compiled() {
 fn a_missing_include_is_named() {
     let folder = std::env::temp_dir().join(format!("gradtess-expand-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(
-        folder.join("a.vert"),
-        "#version 450\n#include \"inc/none.glsl\"\n",
-    )
-    .unwrap();
+    std::fs::write(folder.join("a.vert"), "#version 450\n#include \"inc/none.glsl\"\n").unwrap();
     let error = expand::expand(&folder, "a.vert").unwrap_err();
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(error.contains("none.glsl"), "{error}");

@@ -12,10 +12,7 @@ const GROUND: [u8; 3] = [255; 3];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let Some((out, inputs)) = arguments
-        .split_first()
-        .filter(|(_, inputs)| !inputs.is_empty())
-    else {
+    let Some((out, inputs)) = arguments.split_first().filter(|(_, inputs)| !inputs.is_empty()) else {
         eprintln!("error: usage: contact-sheet OUT.png IN.png...");
         return ExitCode::from(2);
     };
@@ -47,13 +44,7 @@ fn in_cell(picture: &Picture) -> Picture {
             let block = picture.crop(x * step, y * step, step, step);
             let at = 4 * (y as usize * small.width as usize + x as usize);
             for channel in 0..3 {
-                let sum: u32 = block
-                    .rgba
-                    .iter()
-                    .skip(channel)
-                    .step_by(4)
-                    .map(|&c| u32::from(c))
-                    .sum();
+                let sum: u32 = block.rgba.iter().skip(channel).step_by(4).map(|&c| u32::from(c)).sum();
                 small.rgba[at + channel] = (sum / (step * step)) as u8;
             }
         }

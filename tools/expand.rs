@@ -21,16 +21,8 @@ pub struct Output {
     pub defines: &'static [(&'static str, &'static str)],
 }
 
-const fn out(
-    name: &'static str,
-    source: &'static str,
-    defines: &'static [(&'static str, &'static str)],
-) -> Output {
-    Output {
-        name,
-        source,
-        defines,
-    }
+const fn out(name: &'static str, source: &'static str, defines: &'static [(&'static str, &'static str)]) -> Output {
+    Output { name, source, defines }
 }
 
 /// Every output, in the order of the manifest.
@@ -68,9 +60,7 @@ pub fn expand(glsl: &Path, name: &str) -> Result<String, String> {
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let mut expanded = String::with_capacity(2 * text.len());
     for line in text.lines() {
-        let include = line
-            .strip_prefix("#include \"")
-            .and_then(|rest| rest.strip_suffix('"'));
+        let include = line.strip_prefix("#include \"").and_then(|rest| rest.strip_suffix('"'));
         match include {
             Some(file) => expanded += &expand(glsl, file)?,
             None if line.starts_with("#extension GL_GOOGLE_include_directive") => {}
@@ -85,10 +75,7 @@ pub fn expand(glsl: &Path, name: &str) -> Result<String, String> {
 
 /// SHA-256 in lower-case hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|b| format!("{b:02x}"))
-        .collect()
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// Compares `spv/` and its manifest with `glsl/`: one line for each output that is out of step, with what to do.
@@ -98,24 +85,18 @@ pub fn sha256(bytes: &[u8]) -> String {
 pub fn out_of_step(root: &Path) -> Result<Vec<String>, String> {
     let path = root.join("spv/manifest.json");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let manifest: serde_json::Value =
-        serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
+    let manifest: serde_json::Value = serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
     let mut lines = Vec::new();
     if manifest["schema"] != SCHEMA
         || manifest["target_env"] != TARGET_ENV
         || manifest["flags"] != serde_json::json!(FLAGS)
     {
-        lines.push(format!(
-            "spv/manifest.json: schema, target or flags differ from {SCHEMA}; compile again"
-        ));
+        lines.push(format!("spv/manifest.json: schema, target or flags differ from {SCHEMA}; compile again"));
     }
     let rows = manifest["outputs"].as_array().cloned().unwrap_or_default();
     for output in &OUTPUTS {
         let Some(row) = rows.iter().find(|row| row["name"] == output.name) else {
-            lines.push(format!(
-                "spv/{}.spv: not in the manifest; compile again",
-                output.name
-            ));
+            lines.push(format!("spv/{}.spv: not in the manifest; compile again", output.name));
             continue;
         };
         let source = expand(&root.join("glsl"), output.source)?;
@@ -127,19 +108,13 @@ pub fn out_of_step(root: &Path) -> Result<Vec<String>, String> {
         }
         match std::fs::read(root.join(format!("spv/{}.spv", output.name))) {
             Ok(words) if row["spv_sha256"] == sha256(&words) => {}
-            Ok(_) => lines.push(format!(
-                "spv/{}.spv: not the file in the manifest; compile again",
-                output.name
-            )),
+            Ok(_) => lines.push(format!("spv/{}.spv: not the file in the manifest; compile again", output.name)),
             Err(e) => lines.push(format!("spv/{}.spv: {e}; compile again", output.name)),
         }
     }
     for row in &rows {
         if !OUTPUTS.iter().any(|output| row["name"] == output.name) {
-            lines.push(format!(
-                "spv/{}.spv: no longer made; remove it",
-                row["name"].as_str().unwrap_or("?")
-            ));
+            lines.push(format!("spv/{}.spv: no longer made; remove it", row["name"].as_str().unwrap_or("?")));
         }
     }
     Ok(lines)
@@ -147,9 +122,5 @@ pub fn out_of_step(root: &Path) -> Result<Vec<String>, String> {
 
 /// The macros of an output as the manifest has them, `NAME=VALUE`.
 pub fn defines(output: &Output) -> serde_json::Value {
-    output
-        .defines
-        .iter()
-        .map(|(name, value)| format!("{name}={value}"))
-        .collect()
+    output.defines.iter().map(|(name, value)| format!("{name}={value}")).collect()
 }

@@ -36,10 +36,7 @@ fn main() -> ExitCode {
 fn check(root: &Path) -> Result<String, String> {
     let lines = expand::out_of_step(root)?;
     if lines.is_empty() {
-        Ok(format!(
-            "{} shaders in step with glsl/",
-            expand::OUTPUTS.len()
-        ))
+        Ok(format!("{} shaders in step with glsl/", expand::OUTPUTS.len()))
     } else {
         Err(lines.join("\nerror: "))
     }
@@ -47,10 +44,7 @@ fn check(root: &Path) -> Result<String, String> {
 
 #[cfg(not(feature = "shaderc"))]
 fn compile(_: &Path) -> Result<String, String> {
-    Err(
-        "built without a compiler; use `cargo run --bin shaders --features shaderc`, or `--check`"
-            .to_owned(),
-    )
+    Err("built without a compiler; use `cargo run --bin shaders --features shaderc`, or `--check`".to_owned())
 }
 
 #[cfg(feature = "shaderc")]
@@ -62,10 +56,7 @@ fn compile(root: &Path) -> Result<String, String> {
     for output in &expand::OUTPUTS {
         let source = expand::expand(&root.join("glsl"), output.source)?;
         let mut options = shaderc::CompileOptions::new().map_err(|e| format!("shaderc: {e}"))?;
-        options.set_target_env(
-            shaderc::TargetEnv::Vulkan,
-            shaderc::EnvVersion::Vulkan1_1 as u32,
-        );
+        options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_1 as u32);
         options.set_optimization_level(shaderc::OptimizationLevel::Zero);
         options.set_warnings_as_errors();
         for (name, value) in output.defines {
@@ -104,10 +95,7 @@ fn compile(root: &Path) -> Result<String, String> {
     let text = serde_json::to_string_pretty(&manifest).map_err(|e| e.to_string())? + "\n";
     write(&spv.join("manifest.json"), text.as_bytes())?;
     let validated = validate(&spv, &files)?;
-    Ok(format!(
-        "{} shaders written to spv/; {validated}",
-        files.len()
-    ))
+    Ok(format!("{} shaders written to spv/; {validated}", files.len()))
 }
 
 /// Writes beside the file and renames, so that nothing is overwritten half-way.
@@ -129,11 +117,7 @@ fn compiler_version(root: &Path) -> String {
         .and_then(|rest| rest.split('"').next())
         .unwrap_or("unknown");
     let (spirv, _) = shaderc::get_spirv_version();
-    format!(
-        "shaderc-sys {version} from source, SPIR-V headers {}.{}",
-        spirv >> 16,
-        (spirv >> 8) & 255
-    )
+    format!("shaderc-sys {version} from source, SPIR-V headers {}.{}", spirv >> 16, (spirv >> 8) & 255)
 }
 
 #[cfg(feature = "shaderc")]
@@ -146,10 +130,7 @@ fn validate(spv: &Path, files: &[(String, Vec<u8>)]) -> Result<String, String> {
         match run {
             Err(_) => return Ok("not validated, spirv-val is not installed".to_owned()),
             Ok(run) if !run.status.success() => {
-                return Err(format!(
-                    "spv/{name}: {}",
-                    String::from_utf8_lossy(&run.stderr).trim()
-                ))
+                return Err(format!("spv/{name}: {}", String::from_utf8_lossy(&run.stderr).trim()))
             }
             Ok(_) => {}
         }

@@ -21,11 +21,7 @@ pub enum Canary {
 }
 
 /// All of them.
-pub const CANARIES: [Canary; 3] = [
-    Canary::ZeroSizeBuffer,
-    Canary::LayoutMismatch,
-    Canary::TwoCopies,
-];
+pub const CANARIES: [Canary; 3] = [Canary::ZeroSizeBuffer, Canary::LayoutMismatch, Canary::TwoCopies];
 
 /// Makes the mistake and returns what the layer said to it; those messages leave the log.
 pub(super) fn sing(context: &Rc<Context>, canary: Canary) -> Result<Vec<Message>, GpuError> {
@@ -69,35 +65,20 @@ fn layout_mismatch(context: &Rc<Context>) -> Result<(), GpuError> {
         .initial_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
         .final_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
         .build()];
-    let colour = [vk::AttachmentReference {
-        attachment: 0,
-        layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-    }];
+    let colour = [vk::AttachmentReference { attachment: 0, layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL }];
     let subpasses = [vk::SubpassDescription::builder()
         .pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS)
         .color_attachments(&colour)
         .build()];
-    let info = vk::RenderPassCreateInfo::builder()
-        .attachments(&attachments)
-        .subpasses(&subpasses);
+    let info = vk::RenderPassCreateInfo::builder().attachments(&attachments).subpasses(&subpasses);
     // SAFETY: the pass and the framebuffer are valid; the image is left in the transfer layout on purpose before the
     // pass that expects it as an attachment. The images are 4x4 and no pixel is looked at.
     unsafe {
-        let pass = context
-            .device
-            .create_render_pass(&info, None)
-            .named("vkCreateRenderPass", "canary")?;
+        let pass = context.device.create_render_pass(&info, None).named("vkCreateRenderPass", "canary")?;
         let views = [image.view];
-        let info = vk::FramebufferCreateInfo::builder()
-            .render_pass(pass)
-            .attachments(&views)
-            .width(4)
-            .height(4)
-            .layers(1);
-        let framebuffer = context
-            .device
-            .create_framebuffer(&info, None)
-            .named("vkCreateFramebuffer", "canary");
+        let info =
+            vk::FramebufferCreateInfo::builder().render_pass(pass).attachments(&views).width(4).height(4).layers(1);
+        let framebuffer = context.device.create_framebuffer(&info, None).named("vkCreateFramebuffer", "canary");
         let ran = framebuffer.and_then(|framebuffer| {
             let ran = Commands::new(context, "canary").and_then(|commands| {
                 commands.run(|commands| {
@@ -122,16 +103,9 @@ fn layout_mismatch(context: &Rc<Context>) -> Result<(), GpuError> {
                         .framebuffer(framebuffer)
                         .render_area(vk::Rect2D {
                             offset: vk::Offset2D::default(),
-                            extent: vk::Extent2D {
-                                width: 4,
-                                height: 4,
-                            },
+                            extent: vk::Extent2D { width: 4, height: 4 },
                         });
-                    context.device.cmd_begin_render_pass(
-                        commands,
-                        &begin,
-                        vk::SubpassContents::INLINE,
-                    );
+                    context.device.cmd_begin_render_pass(commands, &begin, vk::SubpassContents::INLINE);
                     context.device.cmd_end_render_pass(commands);
                     Ok(())
                 })
@@ -146,26 +120,12 @@ fn layout_mismatch(context: &Rc<Context>) -> Result<(), GpuError> {
 
 fn two_copies(context: &Rc<Context>) -> Result<(), GpuError> {
     let source = Buffer::staging(context, "canary source", &[0u32; 16])?;
-    let sink = Buffer::new(
-        context,
-        "canary sink",
-        64,
-        vk::BufferUsageFlags::TRANSFER_DST,
-        MemoryLocation::GpuOnly,
-    )?;
+    let sink = Buffer::new(context, "canary sink", 64, vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuOnly)?;
     Commands::new(context, "canary")?.run(|commands| {
-        let region = [vk::BufferCopy {
-            src_offset: 0,
-            dst_offset: 0,
-            size: 64,
-        }];
+        let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: 64 }];
         for _ in 0..2 {
             // SAFETY: in bounds; the hazard is on purpose, and both copies write the same zeros.
-            unsafe {
-                context
-                    .device
-                    .cmd_copy_buffer(commands, source.handle, sink.handle, &region)
-            };
+            unsafe { context.device.cmd_copy_buffer(commands, source.handle, sink.handle, &region) };
         }
         Ok(())
     })?;

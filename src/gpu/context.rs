@@ -32,12 +32,7 @@ pub(super) struct Submission {
 
 impl Context {
     pub fn new(instance: Instance, candidate: Candidate) -> Result<Context, GpuError> {
-        let Candidate {
-            handle,
-            queue_family,
-            optional,
-            info,
-        } = candidate;
+        let Candidate { handle, queue_family, optional, info } = candidate;
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::builder()
             .queue_family_index(queue_family)
@@ -48,12 +43,10 @@ impl Context {
             .fill_mode_non_solid(optional.wire)
             .pipeline_statistics_query(optional.statistics)
             .vertex_pipeline_stores_and_atomics(optional.readback);
-        let create = vk::DeviceCreateInfo::builder()
-            .queue_create_infos(&queues)
-            .enabled_features(&features);
+        let create = vk::DeviceCreateInfo::builder().queue_create_infos(&queues).enabled_features(&features);
         // SAFETY: the queue family and the features were found on this very device; the pointers live until the call returns.
-        let device = unsafe { instance.handle.create_device(handle, &create, None) }
-            .named("vkCreateDevice", &info.name)?;
+        let device =
+            unsafe { instance.handle.create_device(handle, &create, None) }.named("vkCreateDevice", &info.name)?;
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.handle.clone(),
             device: device.clone(),
@@ -70,10 +63,7 @@ impl Context {
             let info = vk::CommandPoolCreateInfo::builder()
                 .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
                 .queue_family_index(queue_family);
-            (
-                device.get_device_queue(queue_family, 0),
-                device.create_command_pool(&info, None),
-            )
+            (device.get_device_queue(queue_family, 0), device.create_command_pool(&info, None))
         };
         let mut context = Context {
             device,
@@ -86,14 +76,8 @@ impl Context {
             instance,
         };
         context.pool = pool.named("vkCreateCommandPool", "gradtess")?;
-        *context
-            .allocator
-            .get_mut()
-            .unwrap_or_else(PoisonError::into_inner) =
-            Some(allocator.map_err(|e| GpuError::Memory {
-                object: "the allocator".to_owned(),
-                what: e.to_string(),
-            })?);
+        *context.allocator.get_mut().unwrap_or_else(PoisonError::into_inner) =
+            Some(allocator.map_err(|e| GpuError::Memory { object: "the allocator".to_owned(), what: e.to_string() })?);
         context.name(context.queue, "gradtess queue");
         context.name(context.pool, "gradtess commands");
         Ok(context)
@@ -101,9 +85,7 @@ impl Context {
 
     /// The allocator, for as long as the guard lives.
     pub fn allocator(&self) -> MutexGuard<'_, Option<Allocator>> {
-        self.allocator
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Gives an object its name in validation messages and captures.
@@ -168,21 +150,13 @@ impl Commands {
             .level(vk::CommandBufferLevel::PRIMARY)
             .command_buffer_count(1);
         // SAFETY: the pool is alive.
-        let buffer = unsafe { context.device.allocate_command_buffers(&info) }
-            .named("vkAllocateCommandBuffers", name)?[0];
-        let mut commands = Commands {
-            context: Rc::clone(context),
-            buffer,
-            fence: vk::Fence::null(),
-            name: name.to_owned(),
-        };
+        let buffer =
+            unsafe { context.device.allocate_command_buffers(&info) }.named("vkAllocateCommandBuffers", name)?[0];
+        let mut commands =
+            Commands { context: Rc::clone(context), buffer, fence: vk::Fence::null(), name: name.to_owned() };
         // SAFETY: the device is alive.
-        commands.fence = unsafe {
-            context
-                .device
-                .create_fence(&vk::FenceCreateInfo::default(), None)
-        }
-        .named("vkCreateFence", name)?;
+        commands.fence = unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) }
+            .named("vkCreateFence", name)?;
         context.name(commands.buffer, name);
         context.name(commands.fence, name);
         Ok(commands)
@@ -192,21 +166,15 @@ impl Commands {
     ///
     /// # Errors
     /// What `record` or a call returned. After a failed wait the device is idle or lost.
-    pub fn run(
-        &self,
-        record: impl FnOnce(vk::CommandBuffer) -> Result<(), GpuError>,
-    ) -> Result<Submission, GpuError> {
+    pub fn run(&self, record: impl FnOnce(vk::CommandBuffer) -> Result<(), GpuError>) -> Result<Submission, GpuError> {
         let device = &self.context.device;
         let start = Instant::now();
-        let begin = vk::CommandBufferBeginInfo::builder()
-            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        let begin = vk::CommandBufferBeginInfo::builder().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: an earlier run of this buffer has finished; the pool allows its reset.
-        unsafe { device.begin_command_buffer(self.buffer, &begin) }
-            .named("vkBeginCommandBuffer", &self.name)?;
+        unsafe { device.begin_command_buffer(self.buffer, &begin) }.named("vkBeginCommandBuffer", &self.name)?;
         let recorded = record(self.buffer);
         // SAFETY: recording was begun.
-        unsafe { device.end_command_buffer(self.buffer) }
-            .named("vkEndCommandBuffer", &self.name)?;
+        unsafe { device.end_command_buffer(self.buffer) }.named("vkEndCommandBuffer", &self.name)?;
         recorded?;
         let record_ns = elapsed(start);
 
@@ -215,12 +183,8 @@ impl Commands {
         let submits = [vk::SubmitInfo::builder().command_buffers(&buffers).build()];
         // SAFETY: the fence is unsignalled, the buffer recorded; `buffers` lives until the call returns.
         unsafe {
-            device
-                .reset_fences(&[self.fence])
-                .named("vkResetFences", &self.name)?;
-            device
-                .queue_submit(self.context.queue, &submits, self.fence)
-                .named("vkQueueSubmit", &self.name)?;
+            device.reset_fences(&[self.fence]).named("vkResetFences", &self.name)?;
+            device.queue_submit(self.context.queue, &submits, self.fence).named("vkQueueSubmit", &self.name)?;
         }
         let submit_ns = elapsed(start);
 
@@ -232,11 +196,7 @@ impl Commands {
             let _ = unsafe { device.device_wait_idle() };
         }
         waited.named("vkWaitForFences", &self.name)?;
-        Ok(Submission {
-            record_ns,
-            submit_ns,
-            wait_ns: elapsed(start),
-        })
+        Ok(Submission { record_ns, submit_ns, wait_ns: elapsed(start) })
     }
 }
 
@@ -245,9 +205,7 @@ impl Drop for Commands {
         // SAFETY: `run` waits, so the GPU has finished with both.
         unsafe {
             self.context.device.destroy_fence(self.fence, None);
-            self.context
-                .device
-                .free_command_buffers(self.context.pool, &[self.buffer]);
+            self.context.device.free_command_buffers(self.context.pool, &[self.buffer]);
         }
     }
 }

@@ -79,13 +79,9 @@ const PATCH_POINTS: u32 = 28;
 /// All devices in the loader's order.
 pub(super) fn list(instance: &Instance) -> Result<Vec<Candidate>, GpuError> {
     // SAFETY: the instance is alive.
-    let handles = unsafe { instance.handle.enumerate_physical_devices() }
-        .named("vkEnumeratePhysicalDevices", "gradtess")?;
-    Ok(handles
-        .into_iter()
-        .enumerate()
-        .map(|(index, handle)| examine(instance, index, handle))
-        .collect())
+    let handles =
+        unsafe { instance.handle.enumerate_physical_devices() }.named("vkEnumeratePhysicalDevices", "gradtess")?;
+    Ok(handles.into_iter().enumerate().map(|(index, handle)| examine(instance, index, handle)).collect())
 }
 
 fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Candidate {
@@ -94,28 +90,18 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
         (
             instance.handle.get_physical_device_properties(handle),
             instance.handle.get_physical_device_features(handle),
-            instance
-                .handle
-                .get_physical_device_memory_properties(handle),
-            instance
-                .handle
-                .get_physical_device_queue_family_properties(handle),
+            instance.handle.get_physical_device_memory_properties(handle),
+            instance.handle.get_physical_device_queue_family_properties(handle),
         )
     };
     let limits = &properties.limits;
-    let queue_family = families
-        .iter()
-        .position(|f| f.queue_flags.contains(vk::QueueFlags::GRAPHICS));
+    let queue_family = families.iter().position(|f| f.queue_flags.contains(vk::QueueFlags::GRAPHICS));
     let colour = |format| {
         // SAFETY: as above.
-        let found = unsafe {
-            instance
-                .handle
-                .get_physical_device_format_properties(handle, format)
-        };
-        found.optimal_tiling_features.contains(
-            vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND | vk::FormatFeatureFlags::TRANSFER_SRC,
-        )
+        let found = unsafe { instance.handle.get_physical_device_format_properties(handle, format) };
+        found
+            .optimal_tiling_features
+            .contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND | vk::FormatFeatureFlags::TRANSFER_SRC)
     };
 
     let mut missing = Vec::new();
@@ -126,26 +112,11 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
     };
     need(properties.api_version >= vk::API_VERSION_1_1, "Vulkan 1.1");
     need(queue_family.is_some(), "a graphics queue");
-    need(
-        features.tessellation_shader == vk::TRUE,
-        "tessellationShader",
-    );
-    need(
-        limits.max_tessellation_generation_level >= 64,
-        "tessellation level 64",
-    );
-    need(
-        limits.max_tessellation_patch_size >= PATCH_POINTS,
-        "patches of 28 points",
-    );
-    need(
-        colour(vk::Format::R8G8B8A8_UNORM),
-        "blending into R8G8B8A8_UNORM",
-    );
-    need(
-        colour(vk::Format::R32G32B32A32_SFLOAT),
-        "blending into R32G32B32A32_SFLOAT",
-    );
+    need(features.tessellation_shader == vk::TRUE, "tessellationShader");
+    need(limits.max_tessellation_generation_level >= 64, "tessellation level 64");
+    need(limits.max_tessellation_patch_size >= PATCH_POINTS, "patches of 28 points");
+    need(colour(vk::Format::R8G8B8A8_UNORM), "blending into R8G8B8A8_UNORM");
+    need(colour(vk::Format::R32G32B32A32_SFLOAT), "blending into R32G32B32A32_SFLOAT");
     let optional = Optional {
         wire: features.fill_mode_non_solid == vk::TRUE,
         statistics: features.pipeline_statistics_query == vk::TRUE,
@@ -159,21 +130,13 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
         }
     };
     lose(optional.wire, "fillModeNonSolid: no wireframe");
-    lose(
-        optional.statistics,
-        "pipelineStatisticsQuery: no invocation counts",
-    );
-    lose(
-        optional.readback,
-        "vertexPipelineStoresAndAtomics: no read-back of evaluated points",
-    );
+    lose(optional.statistics, "pipelineStatisticsQuery: no invocation counts");
+    lose(optional.readback, "vertexPipelineStoresAndAtomics: no read-back of evaluated points");
     lose(valid_bits > 0, "timestamps: no GPU times");
 
     let info = DeviceInfo {
         index,
-        name: name_of(&properties.device_name)
-            .to_string_lossy()
-            .into_owned(),
+        name: name_of(&properties.device_name).to_string_lossy().into_owned(),
         kind: match properties.device_type {
             vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
             vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
@@ -193,14 +156,8 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
             .sum(),
         limits: Limits {
             max_image: [
-                limits
-                    .max_image_dimension2_d
-                    .min(limits.max_framebuffer_width)
-                    .min(limits.max_viewport_dimensions[0]),
-                limits
-                    .max_image_dimension2_d
-                    .min(limits.max_framebuffer_height)
-                    .min(limits.max_viewport_dimensions[1]),
+                limits.max_image_dimension2_d.min(limits.max_framebuffer_width).min(limits.max_viewport_dimensions[0]),
+                limits.max_image_dimension2_d.min(limits.max_framebuffer_height).min(limits.max_viewport_dimensions[1]),
             ],
             max_tessellation_level: limits.max_tessellation_generation_level,
             max_patch_points: limits.max_tessellation_patch_size,
@@ -214,21 +171,11 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
         missing,
         without,
     };
-    Candidate {
-        handle,
-        queue_family: queue_family.unwrap_or(0) as u32,
-        optional,
-        info,
-    }
+    Candidate { handle, queue_family: queue_family.unwrap_or(0) as u32, optional, info }
 }
 
 fn version(v: u32) -> String {
-    format!(
-        "{}.{}.{}",
-        vk::api_version_major(v),
-        vk::api_version_minor(v),
-        vk::api_version_patch(v)
-    )
+    format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v))
 }
 
 fn driver(instance: &Instance, handle: vk::PhysicalDevice, device_api: u32) -> String {
@@ -238,15 +185,9 @@ fn driver(instance: &Instance, handle: vk::PhysicalDevice, device_api: u32) -> S
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut properties = vk::PhysicalDeviceProperties2::builder().push_next(&mut driver);
     // SAFETY: the chained structure belongs to Vulkan 1.2, which both sides have.
-    unsafe {
-        instance
-            .handle
-            .get_physical_device_properties2(handle, &mut properties)
-    };
+    unsafe { instance.handle.get_physical_device_properties2(handle, &mut properties) };
     let (name, info) = (name_of(&driver.driver_name), name_of(&driver.driver_info));
-    format!("{} {}", name.to_string_lossy(), info.to_string_lossy())
-        .trim()
-        .to_owned()
+    format!("{} {}", name.to_string_lossy(), info.to_string_lossy()).trim().to_owned()
 }
 
 /// Takes the device asked for (its index, or a part of its name in any case), or else the usable one that is
@@ -259,10 +200,7 @@ pub(super) fn choose(mut all: Vec<Candidate>, asked: Option<&str>) -> Result<Can
     let index = pick(&infos, asked)?;
     let found = all.swap_remove(index);
     if !found.info.missing.is_empty() {
-        return Err(GpuError::Lacks {
-            device: found.info.name,
-            missing: found.info.missing.join(", "),
-        });
+        return Err(GpuError::Lacks { device: found.info.name, missing: found.info.missing.join(", ") });
     }
     Ok(found)
 }
@@ -285,17 +223,12 @@ fn pick(all: &[&DeviceInfo], asked: Option<&str>) -> Result<usize, GpuError> {
         Ok(index) => (index < all.len()).then_some(index),
         Err(_) => {
             let name = asked.to_lowercase();
-            all.iter()
-                .position(|info| !name.is_empty() && info.name.to_lowercase().contains(&name))
+            all.iter().position(|info| !name.is_empty() && info.name.to_lowercase().contains(&name))
         }
     };
     found.ok_or_else(|| GpuError::UnknownDevice {
         asked: asked.to_owned(),
-        have: all
-            .iter()
-            .map(|info| format!("{} {}", info.index, info.name))
-            .collect::<Vec<_>>()
-            .join("; "),
+        have: all.iter().map(|info| format!("{} {}", info.index, info.name)).collect::<Vec<_>>().join("; "),
     })
 }
 

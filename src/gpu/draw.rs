@@ -53,10 +53,7 @@ impl Frame {
     /// Pixels a model unit in x and y.
     pub fn scale(&self) -> [f64; 2] {
         let [x0, y0, x1, y1] = self.view;
-        [
-            f64::from(self.width) / (x1 - x0),
-            f64::from(self.height) / (y1 - y0),
-        ]
+        [f64::from(self.width) / (x1 - x0), f64::from(self.height) / (y1 - y0)]
     }
 
     fn check(&self) -> Result<(), GpuError> {
@@ -67,13 +64,8 @@ impl Frame {
                 "the view {x0},{y0},{x1},{y1} is empty; give X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1"
             )));
         }
-        if self
-            .background
-            .is_some_and(|colour| colour.iter().any(|c| !c.is_finite()))
-        {
-            return Err(GpuError::Request(
-                "the background colour is not finite".to_owned(),
-            ));
+        if self.background.is_some_and(|colour| colour.iter().any(|c| !c.is_finite())) {
+            return Err(GpuError::Request("the background colour is not finite".to_owned()));
         }
         Ok(())
     }
@@ -123,11 +115,7 @@ impl Pixels {
             Pixels::Rgba8(bytes) => bytes,
             Pixels::Rgba32f(floats) => floats.into_iter().map(to_byte).collect(),
         };
-        Picture {
-            width,
-            height,
-            rgba,
-        }
+        Picture { width, height, rgba }
     }
 }
 
@@ -177,16 +165,8 @@ impl<'t> PreparedFrame<'t> {
         frame: &Frame,
     ) -> Result<PreparedFrame<'t>, GpuError> {
         frame.check()?;
-        let pass = PassKey::Colour {
-            format: frame.target_format(),
-            samples: frame.samples,
-        };
-        let target = Target::new(
-            context,
-            &pipelines.passes,
-            pass,
-            [frame.width, frame.height],
-        )?;
+        let pass = PassKey::Colour { format: frame.target_format(), samples: frame.samples };
+        let target = Target::new(context, &pipelines.passes, pass, [frame.width, frame.height])?;
         let fills: &[Fill] = match frame.show {
             Show::Wire => &[Fill::Wire],
             Show::SurfaceWire => &[Fill::Surface, Fill::Wire],
@@ -196,11 +176,7 @@ impl<'t> PreparedFrame<'t> {
         let mut scopes: Vec<Scope> = Vec::new();
         for (layer, &fill) in fills.iter().enumerate() {
             for range in table.ranges.iter().filter(|range| range.count > 0) {
-                let scope = if layer > 0 {
-                    Scope::Overlay
-                } else {
-                    scope_of(range)
-                };
+                let scope = if layer > 0 { Scope::Overlay } else { scope_of(range) };
                 if scopes.last() != Some(&scope) {
                     scopes.push(scope);
                 }
@@ -287,10 +263,8 @@ impl<'t> PreparedFrame<'t> {
         if self.frame.target_format() == vk::Format::R8G8B8A8_UNORM {
             return Ok(Pixels::Rgba8(bytes.to_vec()));
         }
-        let mut floats: Vec<f32> = bytes
-            .chunks_exact(4)
-            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-            .collect();
+        let mut floats: Vec<f32> =
+            bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         if self.frame.translucent() {
             straighten(&mut floats);
         }
@@ -303,51 +277,26 @@ impl<'t> PreparedFrame<'t> {
     fn record_pass(&self, commands: vk::CommandBuffer, timestamps: Option<&Timestamps>) {
         let context = &self.context;
         let [width, height] = self.target.extent;
-        let area = vk::Rect2D {
-            offset: vk::Offset2D::default(),
-            extent: vk::Extent2D { width, height },
-        };
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
         let [r, g, b, a] = self.frame.background.unwrap_or([0.0; 4]);
-        let clear = [vk::ClearValue {
-            color: vk::ClearColorValue {
-                float32: [r * a, g * a, b * a, a],
-            },
-        }; 2];
+        let clear = [vk::ClearValue { color: vk::ClearColorValue { float32: [r * a, g * a, b * a, a] } }; 2];
         let begin = vk::RenderPassBeginInfo::builder()
             .render_pass(self.target.pass)
             .framebuffer(self.target.framebuffer)
             .render_area(area)
             .clear_values(&clear);
-        let viewport = vk::Viewport {
-            x: 0.0,
-            y: 0.0,
-            width: width as f32,
-            height: height as f32,
-            min_depth: 0.0,
-            max_depth: 1.0,
-        };
+        let viewport =
+            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
         context.begin_label(commands, "frame");
         // SAFETY: recording; pass, framebuffer, buffers, pipelines and layout belong together (`new`), the index ranges
         // were checked when the table was uploaded, and all of them outlive the submission, which is waited for.
         unsafe {
-            context
-                .device
-                .cmd_begin_render_pass(commands, &begin, vk::SubpassContents::INLINE);
+            context.device.cmd_begin_render_pass(commands, &begin, vk::SubpassContents::INLINE);
             context.device.cmd_set_viewport(commands, 0, &[viewport]);
             context.device.cmd_set_scissor(commands, 0, &[area]);
             if let Some(buffers) = &self.table.buffers {
-                context.device.cmd_bind_vertex_buffers(
-                    commands,
-                    0,
-                    &[buffers.control.handle],
-                    &[0],
-                );
-                context.device.cmd_bind_index_buffer(
-                    commands,
-                    buffers.indices.handle,
-                    0,
-                    vk::IndexType::UINT32,
-                );
+                context.device.cmd_bind_vertex_buffers(commands, 0, &[buffers.control.handle], &[0]);
+                context.device.cmd_bind_index_buffer(commands, buffers.indices.handle, 0, vk::IndexType::UINT32);
             }
         }
         let mut bound = vk::Pipeline::null();
@@ -360,20 +309,12 @@ impl<'t> PreparedFrame<'t> {
                 // SAFETY: as above.
                 unsafe {
                     if bound != step.pipeline {
-                        context.device.cmd_bind_pipeline(
-                            commands,
-                            vk::PipelineBindPoint::GRAPHICS,
-                            step.pipeline,
-                        );
+                        context.device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, step.pipeline);
                         bound = step.pipeline;
                     }
                     let push = bytes_of(std::slice::from_ref(&step.push));
-                    context
-                        .device
-                        .cmd_push_constants(commands, self.layout, PUSH_STAGES, 0, push);
-                    context
-                        .device
-                        .cmd_draw_indexed(commands, step.count, 1, step.first, 0, 0);
+                    context.device.cmd_push_constants(commands, self.layout, PUSH_STAGES, 0, push);
+                    context.device.cmd_draw_indexed(commands, step.count, 1, step.first, 0, 0);
                 }
             }
             if let Some(timestamps) = timestamps {

@@ -68,10 +68,6 @@ pub(super) trait Named<T> {
 
 impl<T> Named<T> for Result<T, vk::Result> {
     fn named(self, call: &'static str, object: &str) -> Result<T, GpuError> {
-        self.map_err(|result| GpuError::Call {
-            call,
-            object: object.to_owned(),
-            result,
-        })
+        self.map_err(|result| GpuError::Call { call, object: object.to_owned(), result })
     }
 }

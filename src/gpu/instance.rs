@@ -53,21 +53,15 @@ impl Instance {
             .named("vkEnumerateInstanceVersion", "loader")?
             .unwrap_or(vk::API_VERSION_1_0);
         if version < vk::API_VERSION_1_1 {
-            return Err(GpuError::Loader(
-                "it knows Vulkan 1.0 only, 1.1 is needed".to_owned(),
-            ));
+            return Err(GpuError::Loader("it knows Vulkan 1.0 only, 1.1 is needed".to_owned()));
         }
         let api = version.min(vk::API_VERSION_1_2);
 
         let mut layers = Vec::new();
         if validate {
-            let known = entry
-                .enumerate_instance_layer_properties()
-                .named("vkEnumerateInstanceLayerProperties", "loader")?;
-            if !known
-                .iter()
-                .any(|layer| name_of(&layer.layer_name) == VALIDATION)
-            {
+            let known =
+                entry.enumerate_instance_layer_properties().named("vkEnumerateInstanceLayerProperties", "loader")?;
+            if !known.iter().any(|layer| name_of(&layer.layer_name) == VALIDATION) {
                 return Err(GpuError::NoValidation);
             }
             layers.push(VALIDATION.as_ptr());
@@ -82,11 +76,7 @@ impl Instance {
                     .named("vkEnumerateInstanceExtensionProperties", "validation layer")?,
             );
         }
-        let has = |name: &CStr| {
-            extensions
-                .iter()
-                .any(|e| name_of(&e.extension_name) == name)
-        };
+        let has = |name: &CStr| extensions.iter().any(|e| name_of(&e.extension_name) == name);
         let debug_utils = has(DebugUtils::name());
         let mut names = Vec::new();
         if debug_utils {
@@ -96,13 +86,10 @@ impl Instance {
             names.push(vk::ExtValidationFeaturesFn::name().as_ptr());
         }
 
-        let application = vk::ApplicationInfo::builder()
-            .application_name(c"gradtess")
-            .application_version(1)
-            .api_version(api);
+        let application =
+            vk::ApplicationInfo::builder().application_name(c"gradtess").application_version(1).api_version(api);
         let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-        let mut features =
-            vk::ValidationFeaturesEXT::builder().enabled_validation_features(&enabled);
+        let mut features = vk::ValidationFeaturesEXT::builder().enabled_validation_features(&enabled);
         let mut info = vk::InstanceCreateInfo::builder()
             .application_info(&application)
             .enabled_layer_names(&layers)
@@ -129,13 +116,11 @@ impl Instance {
             let log: *const Log = &*instance.log;
             let info = vk::DebugUtilsMessengerCreateInfoEXT::builder()
                 .message_severity(
-                    vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
-                        | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+                    vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
                 )
                 // Not GENERAL: that is the loader talking about drivers it skips.
                 .message_type(
-                    vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
-                        | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+                    vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
                 )
                 .pfn_user_callback(Some(collect))
                 .user_data(log.cast_mut().cast::<c_void>());
@@ -148,10 +133,7 @@ impl Instance {
 
     /// Everything reported so far, oldest first.
     pub fn messages(&self) -> Vec<Message> {
-        self.log
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+        self.log.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Empties the log and returns what was in it.
@@ -161,10 +143,7 @@ impl Instance {
 
     /// Puts messages that were taken before everything in the log.
     pub fn put_back(&self, messages: Vec<Message>) {
-        self.log
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .splice(0..0, messages);
+        self.log.lock().unwrap_or_else(PoisonError::into_inner).splice(0..0, messages);
     }
 }
 
@@ -173,10 +152,7 @@ impl Drop for Instance {
         // SAFETY: everything made from the instance is gone (the device is destroyed before, see `Context`); the log
         // field lives until after this body.
         unsafe {
-            if let (Some(debug), true) = (
-                &self.debug,
-                self.messenger != vk::DebugUtilsMessengerEXT::null(),
-            ) {
+            if let (Some(debug), true) = (&self.debug, self.messenger != vk::DebugUtilsMessengerEXT::null()) {
                 debug.destroy_debug_utils_messenger(self.messenger, None);
             }
             self.handle.destroy_instance(None);
@@ -212,12 +188,10 @@ unsafe extern "system" fn collect(
             unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned()
         }
     };
-    log.lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .push(Message {
-            error: severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR),
-            id: text(data.p_message_id_name),
-            text: text(data.p_message),
-        });
+    log.lock().unwrap_or_else(PoisonError::into_inner).push(Message {
+        error: severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR),
+        id: text(data.p_message_id_name),
+        text: text(data.p_message),
+    });
     vk::FALSE
 }

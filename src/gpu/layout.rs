@@ -30,8 +30,7 @@ pub struct Push {
 }
 
 const _: () = assert!(size_of::<Push>() == 80 && size_of::<Push>() <= 128);
-const _: () =
-    assert!(std::mem::offset_of!(Push, pixels) == 48 && std::mem::offset_of!(Push, patch) == 76);
+const _: () = assert!(std::mem::offset_of!(Push, pixels) == 48 && std::mem::offset_of!(Push, patch) == 76);
 // SAFETY: repr(C), 4-byte fields only, 80 bytes without padding.
 unsafe impl Plain for Push {}
 

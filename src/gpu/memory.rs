@@ -45,29 +45,15 @@ impl Buffer {
         usage: vk::BufferUsageFlags,
         location: MemoryLocation,
     ) -> Result<Buffer, GpuError> {
-        let info = vk::BufferCreateInfo::builder()
-            .size(size)
-            .usage(usage)
-            .sharing_mode(vk::SharingMode::EXCLUSIVE);
+        let info = vk::BufferCreateInfo::builder().size(size).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is alive.
-        let handle =
-            unsafe { context.device.create_buffer(&info, None) }.named("vkCreateBuffer", name)?;
-        let mut buffer = Buffer {
-            context: Rc::clone(context),
-            handle,
-            size,
-            allocation: None,
-            name: name.to_owned(),
-        };
+        let handle = unsafe { context.device.create_buffer(&info, None) }.named("vkCreateBuffer", name)?;
+        let mut buffer = Buffer { context: Rc::clone(context), handle, size, allocation: None, name: name.to_owned() };
         // SAFETY: the handle was just made.
         let requirements = unsafe { context.device.get_buffer_memory_requirements(handle) };
         let allocation = allocate(context, name, requirements, location, true)?;
         // SAFETY: the memory is fresh, of the right type and size, and stays until the buffer is destroyed.
-        let bound = unsafe {
-            context
-                .device
-                .bind_buffer_memory(handle, allocation.memory(), allocation.offset())
-        };
+        let bound = unsafe { context.device.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) };
         buffer.allocation = Some(allocation);
         bound.named("vkBindBufferMemory", name)?;
         context.name(handle, name);
@@ -75,11 +61,7 @@ impl Buffer {
     }
 
     /// A host-visible buffer that holds `data`.
-    pub fn staging<T: Plain>(
-        context: &Rc<Context>,
-        name: &str,
-        data: &[T],
-    ) -> Result<Buffer, GpuError> {
+    pub fn staging<T: Plain>(context: &Rc<Context>, name: &str, data: &[T]) -> Result<Buffer, GpuError> {
         let bytes = bytes_of(data);
         let mut buffer = Buffer::new(
             context,
@@ -94,10 +76,7 @@ impl Buffer {
 
     /// Overwrites the start of a host-visible buffer.
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), GpuError> {
-        let mapped = self
-            .allocation
-            .as_mut()
-            .and_then(Allocation::mapped_slice_mut);
+        let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut);
         match mapped.and_then(|slice| slice.get_mut(..bytes.len())) {
             Some(slice) => {
                 slice.copy_from_slice(bytes);
@@ -110,16 +89,11 @@ impl Buffer {
     /// The bytes of a host-visible buffer. The GPU must be done with it, and a barrier to the host recorded.
     pub fn bytes(&self) -> Result<&[u8], GpuError> {
         let mapped = self.allocation.as_ref().and_then(Allocation::mapped_slice);
-        mapped
-            .and_then(|slice| slice.get(..self.size as usize))
-            .ok_or_else(|| self.not_mapped())
+        mapped.and_then(|slice| slice.get(..self.size as usize)).ok_or_else(|| self.not_mapped())
     }
 
     fn not_mapped(&self) -> GpuError {
-        GpuError::Memory {
-            object: self.name.clone(),
-            what: "not visible to the host, or too small".to_owned(),
-        }
+        GpuError::Memory { object: self.name.clone(), what: "not visible to the host, or too small".to_owned() }
     }
 }
 
@@ -151,11 +125,7 @@ impl Image {
         let info = vk::ImageCreateInfo::builder()
             .image_type(vk::ImageType::TYPE_2D)
             .format(format)
-            .extent(vk::Extent3D {
-                width: extent[0],
-                height: extent[1],
-                depth: 1,
-            })
+            .extent(vk::Extent3D { width: extent[0], height: extent[1], depth: 1 })
             .mip_levels(1)
             .array_layers(1)
             .samples(samples)
@@ -164,23 +134,13 @@ impl Image {
             .sharing_mode(vk::SharingMode::EXCLUSIVE)
             .initial_layout(vk::ImageLayout::UNDEFINED);
         // SAFETY: the caller has checked extent, format and samples against the device.
-        let handle =
-            unsafe { context.device.create_image(&info, None) }.named("vkCreateImage", name)?;
-        let mut image = Image {
-            context: Rc::clone(context),
-            handle,
-            view: vk::ImageView::null(),
-            allocation: None,
-        };
+        let handle = unsafe { context.device.create_image(&info, None) }.named("vkCreateImage", name)?;
+        let mut image = Image { context: Rc::clone(context), handle, view: vk::ImageView::null(), allocation: None };
         // SAFETY: the handle was just made.
         let requirements = unsafe { context.device.get_image_memory_requirements(handle) };
         let allocation = allocate(context, name, requirements, MemoryLocation::GpuOnly, false)?;
         // SAFETY: the memory is fresh, of the right type and size, and stays until the image is destroyed.
-        let bound = unsafe {
-            context
-                .device
-                .bind_image_memory(handle, allocation.memory(), allocation.offset())
-        };
+        let bound = unsafe { context.device.bind_image_memory(handle, allocation.memory(), allocation.offset()) };
         image.allocation = Some(allocation);
         bound.named("vkBindImageMemory", name)?;
         let info = vk::ImageViewCreateInfo::builder()
@@ -189,8 +149,7 @@ impl Image {
             .format(format)
             .subresource_range(COLOUR_RANGE);
         // SAFETY: the image is bound and has this format.
-        image.view = unsafe { context.device.create_image_view(&info, None) }
-            .named("vkCreateImageView", name)?;
+        image.view = unsafe { context.device.create_image_view(&info, None) }.named("vkCreateImageView", name)?;
         context.name(handle, name);
         context.name(image.view, name);
         Ok(image)
@@ -224,10 +183,7 @@ fn allocate(
     location: MemoryLocation,
     linear: bool,
 ) -> Result<Allocation, GpuError> {
-    let failed = |what: String| GpuError::Memory {
-        object: name.to_owned(),
-        what,
-    };
+    let failed = |what: String| GpuError::Memory { object: name.to_owned(), what };
     context
         .allocator()
         .as_mut()

@@ -69,10 +69,7 @@ pub struct Gpu {
 /// There is no Vulkan loader, or it failed.
 pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
     let instance = Instance::new(false)?;
-    Ok(device::list(&instance)?
-        .into_iter()
-        .map(|candidate| candidate.info)
-        .collect())
+    Ok(device::list(&instance)?.into_iter().map(|candidate| candidate.info).collect())
 }
 
 impl Gpu {
@@ -84,10 +81,7 @@ impl Gpu {
         let instance = Instance::new(options.validate)?;
         let candidate = device::choose(device::list(&instance)?, options.device.as_deref())?;
         let context = Rc::new(Context::new(instance, candidate)?);
-        Ok(Gpu {
-            pipelines: Pipelines::new(&context)?,
-            context,
-        })
+        Ok(Gpu { pipelines: Pipelines::new(&context)?, context })
     }
 
     /// The device that was opened.
@@ -121,11 +115,7 @@ impl Gpu {
     ///
     /// # Errors
     /// The frame is senseless or too large, the device lacks a feature it needs, or memory ran out.
-    pub fn prepare<'t>(
-        &self,
-        table: &'t DeviceTable,
-        frame: &Frame,
-    ) -> Result<PreparedFrame<'t>, GpuError> {
+    pub fn prepare<'t>(&self, table: &'t DeviceTable, frame: &Frame) -> Result<PreparedFrame<'t>, GpuError> {
         PreparedFrame::new(&self.context, &self.pipelines, table, frame)
     }
 
@@ -141,11 +131,7 @@ impl Gpu {
             height: frame.height,
             pixels: prepared.pixels()?,
             times,
-            statistics: if frame.statistics {
-                Some(prepared.statistics()?)
-            } else {
-                None
-            },
+            statistics: if frame.statistics { Some(prepared.statistics()?) } else { None },
         })
     }
 

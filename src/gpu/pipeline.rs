@@ -52,12 +52,7 @@ pub(super) struct PipelineKey {
 
 impl PipelineKey {
     pub fn of(range: &DrawRange, fill: Fill, pass: PassKey) -> PipelineKey {
-        PipelineKey {
-            kind: range.kind,
-            shape: Shape::of(range.part),
-            fill,
-            pass,
-        }
+        PipelineKey { kind: range.kind, shape: Shape::of(range.part), fill, pass }
     }
 
     fn name(&self) -> String {
@@ -102,17 +97,11 @@ impl Pipelines {
         pipelines.records = unsafe { context.device.create_descriptor_set_layout(&info, None) }
             .named("vkCreateDescriptorSetLayout", "records")?;
         let sets = [pipelines.records];
-        let ranges = [vk::PushConstantRange {
-            stage_flags: PUSH_STAGES,
-            offset: 0,
-            size: size_of::<Push>() as u32,
-        }];
-        let info = vk::PipelineLayoutCreateInfo::builder()
-            .set_layouts(&sets)
-            .push_constant_ranges(&ranges);
+        let ranges = [vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 }];
+        let info = vk::PipelineLayoutCreateInfo::builder().set_layouts(&sets).push_constant_ranges(&ranges);
         // SAFETY: as above; 80 bytes of push constants are within every device's limit.
-        pipelines.layout = unsafe { context.device.create_pipeline_layout(&info, None) }
-            .named("vkCreatePipelineLayout", "patches")?;
+        pipelines.layout =
+            unsafe { context.device.create_pipeline_layout(&info, None) }.named("vkCreatePipelineLayout", "patches")?;
         context.name(pipelines.records, "records");
         context.name(pipelines.layout, "patches");
         Ok(pipelines)
@@ -129,12 +118,7 @@ impl Pipelines {
     }
 
     fn make(&self, key: PipelineKey) -> Result<vk::Pipeline, GpuError> {
-        let PipelineKey {
-            kind,
-            shape,
-            fill,
-            pass,
-        } = key;
+        let PipelineKey { kind, shape, fill, pass } = key;
         if fill == Fill::Wire && !self.context.optional.wire {
             return Err(self.lacks("fillModeNonSolid (wireframe)"));
         }
@@ -142,39 +126,20 @@ impl Pipelines {
             return Err(self.lacks("vertexPipelineStoresAndAtomics (read-back)"));
         }
         let name = key.name();
-        let evaluation = if fill == Fill::Readback {
-            shader::readback(kind, shape)
-        } else {
-            shader::evaluation(kind, shape)
-        };
+        let evaluation =
+            if fill == Fill::Readback { shader::readback(kind, shape) } else { shader::evaluation(kind, shape) };
         let mut modules = vec![
-            (
-                vk::ShaderStageFlags::VERTEX,
-                Module::new(&self.context, &shader::VERTEX)?,
-            ),
-            (
-                vk::ShaderStageFlags::TESSELLATION_CONTROL,
-                Module::new(&self.context, &shader::control(kind, shape))?,
-            ),
-            (
-                vk::ShaderStageFlags::TESSELLATION_EVALUATION,
-                Module::new(&self.context, &evaluation)?,
-            ),
+            (vk::ShaderStageFlags::VERTEX, Module::new(&self.context, &shader::VERTEX)?),
+            (vk::ShaderStageFlags::TESSELLATION_CONTROL, Module::new(&self.context, &shader::control(kind, shape))?),
+            (vk::ShaderStageFlags::TESSELLATION_EVALUATION, Module::new(&self.context, &evaluation)?),
         ];
         if fill != Fill::Readback {
-            modules.push((
-                vk::ShaderStageFlags::FRAGMENT,
-                Module::new(&self.context, &shader::FRAGMENT)?,
-            ));
+            modules.push((vk::ShaderStageFlags::FRAGMENT, Module::new(&self.context, &shader::FRAGMENT)?));
         }
         let stages: Vec<vk::PipelineShaderStageCreateInfo> = modules
             .iter()
             .map(|(stage, module)| {
-                vk::PipelineShaderStageCreateInfo::builder()
-                    .stage(*stage)
-                    .module(module.handle)
-                    .name(c"main")
-                    .build()
+                vk::PipelineShaderStageCreateInfo::builder().stage(*stage).module(module.handle).name(c"main").build()
             })
             .collect();
 
@@ -192,29 +157,17 @@ impl Pipelines {
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::builder()
             .vertex_binding_descriptions(&bindings)
             .vertex_attribute_descriptions(&attributes);
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::builder()
-            .topology(vk::PrimitiveTopology::PATCH_LIST);
-        let extra = if shape == Shape::Whole {
-            0
-        } else {
-            EXTRA_POINTS
-        };
-        let tessellation = vk::PipelineTessellationStateCreateInfo::builder()
-            .patch_control_points((kind.points() + extra) as u32);
-        let viewport = vk::PipelineViewportStateCreateInfo::builder()
-            .viewport_count(1)
-            .scissor_count(1);
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::builder().topology(vk::PrimitiveTopology::PATCH_LIST);
+        let extra = if shape == Shape::Whole { 0 } else { EXTRA_POINTS };
+        let tessellation =
+            vk::PipelineTessellationStateCreateInfo::builder().patch_control_points((kind.points() + extra) as u32);
+        let viewport = vk::PipelineViewportStateCreateInfo::builder().viewport_count(1).scissor_count(1);
         let raster = vk::PipelineRasterizationStateCreateInfo::builder()
             .rasterizer_discard_enable(fill == Fill::Readback)
-            .polygon_mode(if fill == Fill::Wire {
-                vk::PolygonMode::LINE
-            } else {
-                vk::PolygonMode::FILL
-            })
+            .polygon_mode(if fill == Fill::Wire { vk::PolygonMode::LINE } else { vk::PolygonMode::FILL })
             .cull_mode(vk::CullModeFlags::NONE)
             .line_width(1.0);
-        let multisample =
-            vk::PipelineMultisampleStateCreateInfo::builder().rasterization_samples(pass.samples());
+        let multisample = vk::PipelineMultisampleStateCreateInfo::builder().rasterization_samples(pass.samples());
         // Premultiplied colours, later over earlier.
         let attachments = [vk::PipelineColorBlendAttachmentState::builder()
             .blend_enable(true)
@@ -246,25 +199,15 @@ impl Pipelines {
                 .dynamic_state(&dynamic);
         }
         // SAFETY: every pointer in `info` lives until the call returns; the features used were found on the device.
-        let made = unsafe {
-            self.context.device.create_graphics_pipelines(
-                vk::PipelineCache::null(),
-                &[info.build()],
-                None,
-            )
-        };
-        let pipeline = made
-            .map_err(|(_, result)| result)
-            .named("vkCreateGraphicsPipelines", &name)?[0];
+        let made =
+            unsafe { self.context.device.create_graphics_pipelines(vk::PipelineCache::null(), &[info.build()], None) };
+        let pipeline = made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", &name)?[0];
         self.context.name(pipeline, &name);
         Ok(pipeline)
     }
 
     fn lacks(&self, missing: &str) -> GpuError {
-        GpuError::Lacks {
-            device: self.context.info.name.clone(),
-            missing: missing.to_owned(),
-        }
+        GpuError::Lacks { device: self.context.info.name.clone(), missing: missing.to_owned() }
     }
 }
 
@@ -275,12 +218,8 @@ impl Drop for Pipelines {
             for (_, pipeline) in self.made.get_mut().drain() {
                 self.context.device.destroy_pipeline(pipeline, None);
             }
-            self.context
-                .device
-                .destroy_pipeline_layout(self.layout, None);
-            self.context
-                .device
-                .destroy_descriptor_set_layout(self.records, None);
+            self.context.device.destroy_pipeline_layout(self.layout, None);
+            self.context.device.destroy_descriptor_set_layout(self.records, None);
         }
     }
 }

@@ -104,53 +104,32 @@ impl Timestamps {
             .query_type(vk::QueryType::TIMESTAMP)
             .query_count(2 * scopes.len() as u32);
         // SAFETY: the device is alive, the count is not 0.
-        let pool = unsafe { context.device.create_query_pool(&info, None) }
-            .named("vkCreateQueryPool", "timestamps")?;
+        let pool = unsafe { context.device.create_query_pool(&info, None) }.named("vkCreateQueryPool", "timestamps")?;
         context.name(pool, "timestamps");
-        Ok(Some(Timestamps {
-            context: Rc::clone(context),
-            pool,
-            scopes,
-        }))
+        Ok(Some(Timestamps { context: Rc::clone(context), pool, scopes }))
     }
 
     /// Resets all pairs. Outside a render pass.
     pub fn record_reset(&self, commands: vk::CommandBuffer) {
         let count = 2 * self.scopes.len() as u32;
         // SAFETY: recording; the queries are not in use, submissions are waited for.
-        unsafe {
-            self.context
-                .device
-                .cmd_reset_query_pool(commands, self.pool, 0, count)
-        };
+        unsafe { self.context.device.cmd_reset_query_pool(commands, self.pool, 0, count) };
     }
 
     /// Writes the first timestamp of pair `i`.
     pub fn record_begin(&self, commands: vk::CommandBuffer, i: usize) {
         // The end of what came before: at the top of the pipe the work before would be counted in.
-        self.write(
-            commands,
-            vk::PipelineStageFlags::BOTTOM_OF_PIPE,
-            2 * i as u32,
-        );
+        self.write(commands, vk::PipelineStageFlags::BOTTOM_OF_PIPE, 2 * i as u32);
     }
 
     /// Writes the second timestamp of pair `i`.
     pub fn record_end(&self, commands: vk::CommandBuffer, i: usize) {
-        self.write(
-            commands,
-            vk::PipelineStageFlags::BOTTOM_OF_PIPE,
-            2 * i as u32 + 1,
-        );
+        self.write(commands, vk::PipelineStageFlags::BOTTOM_OF_PIPE, 2 * i as u32 + 1);
     }
 
     fn write(&self, commands: vk::CommandBuffer, stage: vk::PipelineStageFlags, query: u32) {
         // SAFETY: recording; the query was reset in this command buffer.
-        unsafe {
-            self.context
-                .device
-                .cmd_write_timestamp(commands, stage, self.pool, query)
-        };
+        unsafe { self.context.device.cmd_write_timestamp(commands, stage, self.pool, query) };
     }
 
     /// Sums the pairs by scope. The submission has been waited for.
@@ -175,10 +154,7 @@ impl Timestamps {
             let [[begin, begun], [end, ended]] = [words[2 * i], words[2 * i + 1]];
             if begun != 0 && ended != 0 {
                 let ticks = ticks_between(begin, end, limits.timestamp_valid_bits);
-                times.add(
-                    scope,
-                    (ticks as f64 * f64::from(limits.timestamp_period_ns)).round() as u64,
-                );
+                times.add(scope, (ticks as f64 * f64::from(limits.timestamp_period_ns)).round() as u64);
             }
         }
         Ok(times)
@@ -194,11 +170,7 @@ impl Drop for Timestamps {
 
 /// Ticks from one timestamp to a later one, of which only the low `bits` count; they may have wrapped once.
 fn ticks_between(begin: u64, end: u64, bits: u32) -> u64 {
-    let mask = if bits >= 64 {
-        u64::MAX
-    } else {
-        (1 << bits) - 1
-    };
+    let mask = if bits >= 64 { u64::MAX } else { (1 << bits) - 1 };
     end.wrapping_sub(begin) & mask
 }
 
@@ -231,28 +203,17 @@ impl StatisticsQuery {
                     | Flags::TESSELLATION_EVALUATION_SHADER_INVOCATIONS,
             );
         // SAFETY: the feature is enabled.
-        let pool = unsafe { context.device.create_query_pool(&info, None) }
-            .named("vkCreateQueryPool", "statistics")?;
+        let pool = unsafe { context.device.create_query_pool(&info, None) }.named("vkCreateQueryPool", "statistics")?;
         context.name(pool, "statistics");
-        Ok(StatisticsQuery {
-            context: Rc::clone(context),
-            pool,
-        })
+        Ok(StatisticsQuery { context: Rc::clone(context), pool })
     }
 
     /// Resets and begins the query. Outside a render pass.
     pub fn record_begin(&self, commands: vk::CommandBuffer) {
         // SAFETY: recording; the query is not in use.
         unsafe {
-            self.context
-                .device
-                .cmd_reset_query_pool(commands, self.pool, 0, 1);
-            self.context.device.cmd_begin_query(
-                commands,
-                self.pool,
-                0,
-                vk::QueryControlFlags::empty(),
-            );
+            self.context.device.cmd_reset_query_pool(commands, self.pool, 0, 1);
+            self.context.device.cmd_begin_query(commands, self.pool, 0, vk::QueryControlFlags::empty());
         }
     }
 

@@ -67,51 +67,20 @@ pub(super) fn evaluate(
         while first < range.count {
             let room = ((BATCH - expected) / vertices).min(u64::from(range.count - first)) as u32;
             if room == 0 {
-                run_batch(
-                    context,
-                    pipelines,
-                    table,
-                    buffers,
-                    tess,
-                    scale,
-                    &batch,
-                    expected,
-                    &mut points,
-                )?;
+                run_batch(context, pipelines, table, buffers, tess, scale, &batch, expected, &mut points)?;
                 batch.clear();
                 expected = 0;
                 continue;
             }
-            batch.push(Run {
-                range: number,
-                first,
-                count: room,
-            });
+            batch.push(Run { range: number, first, count: room });
             expected += u64::from(room) * vertices;
             first += room;
         }
     }
     if !batch.is_empty() {
-        run_batch(
-            context,
-            pipelines,
-            table,
-            buffers,
-            tess,
-            scale,
-            &batch,
-            expected,
-            &mut points,
-        )?;
+        run_batch(context, pipelines, table, buffers, tess, scale, &batch, expected, &mut points)?;
     }
-    let key = |p: &EvaluatedPoint| {
-        (
-            p.range,
-            p.patch,
-            p.coord.map(f32::to_bits),
-            p.value.map(f32::to_bits),
-        )
-    };
+    let key = |p: &EvaluatedPoint| (p.range, p.patch, p.coord.map(f32::to_bits), p.value.map(f32::to_bits));
     points.sort_by_key(key);
     points.dedup_by_key(|p| key(p));
     Ok(points)
@@ -133,21 +102,14 @@ fn run_batch(
     let mut capacity = expected;
     loop {
         let bytes = RECORDS_AT as u64 + capacity * size_of::<Record>() as u64;
-        if bytes > u64::from(context.info.limits.max_storage_buffer)
-            || u32::try_from(capacity).is_err()
-        {
+        if bytes > u64::from(context.info.limits.max_storage_buffer) || u32::try_from(capacity).is_err() {
             return Err(GpuError::Request(format!(
                 "{capacity} evaluated points are too many for one buffer of '{}'",
                 context.info.name
             )));
         }
-        let mut records = Buffer::new(
-            context,
-            "records",
-            bytes,
-            vk::BufferUsageFlags::STORAGE_BUFFER,
-            MemoryLocation::GpuToCpu,
-        )?;
+        let mut records =
+            Buffer::new(context, "records", bytes, vk::BufferUsageFlags::STORAGE_BUFFER, MemoryLocation::GpuToCpu)?;
         records.write(bytes_of(&[0, capacity as u32, 0, 0]))?;
         let set = RecordSet::new(context, pipelines, &records)?;
         let target = Target::new(context, &pipelines.passes, PassKey::Empty, [1, 1])?;
@@ -159,10 +121,7 @@ fn run_batch(
             })
             .collect::<Result<_, GpuError>>()?;
         Commands::new(context, "read-back")?.run(|commands| {
-            record(
-                context, pipelines, table, buffers, &target, &set, &draws, tess, scale, &records,
-                commands,
-            );
+            record(context, pipelines, table, buffers, &target, &set, &draws, tess, scale, &records, commands);
             Ok(())
         })?;
         let bytes = records.bytes()?;
@@ -203,17 +162,11 @@ fn record(
     commands: vk::CommandBuffer,
 ) {
     let device = &context.device;
-    let one = vk::Extent2D {
-        width: 1,
-        height: 1,
-    };
+    let one = vk::Extent2D { width: 1, height: 1 };
     let begin = vk::RenderPassBeginInfo::builder()
         .render_pass(target.pass)
         .framebuffer(target.framebuffer)
-        .render_area(vk::Rect2D {
-            offset: vk::Offset2D::default(),
-            extent: one,
-        });
+        .render_area(vk::Rect2D { offset: vk::Offset2D::default(), extent: one });
     context.begin_label(commands, "read-back");
     // SAFETY: recording; pass, framebuffer, set, pipelines and layout belong together, the index ranges were checked when
     // the table was uploaded, and all of them outlive the submission, which is waited for.
@@ -271,40 +224,21 @@ struct RecordSet {
 }
 
 impl RecordSet {
-    fn new(
-        context: &Rc<Context>,
-        pipelines: &Pipelines,
-        records: &Buffer,
-    ) -> Result<RecordSet, GpuError> {
-        let sizes = [vk::DescriptorPoolSize {
-            ty: vk::DescriptorType::STORAGE_BUFFER,
-            descriptor_count: 1,
-        }];
-        let info = vk::DescriptorPoolCreateInfo::builder()
-            .max_sets(1)
-            .pool_sizes(&sizes);
+    fn new(context: &Rc<Context>, pipelines: &Pipelines, records: &Buffer) -> Result<RecordSet, GpuError> {
+        let sizes = [vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: 1 }];
+        let info = vk::DescriptorPoolCreateInfo::builder().max_sets(1).pool_sizes(&sizes);
         // SAFETY: the device is alive.
-        let pool = unsafe { context.device.create_descriptor_pool(&info, None) }
-            .named("vkCreateDescriptorPool", "records")?;
-        let mut set = RecordSet {
-            context: Rc::clone(context),
-            pool,
-            set: vk::DescriptorSet::null(),
-        };
+        let pool =
+            unsafe { context.device.create_descriptor_pool(&info, None) }.named("vkCreateDescriptorPool", "records")?;
+        let mut set = RecordSet { context: Rc::clone(context), pool, set: vk::DescriptorSet::null() };
         let layouts = [pipelines.records];
-        let info = vk::DescriptorSetAllocateInfo::builder()
-            .descriptor_pool(pool)
-            .set_layouts(&layouts);
+        let info = vk::DescriptorSetAllocateInfo::builder().descriptor_pool(pool).set_layouts(&layouts);
         // SAFETY: the pool has room for one set with one storage buffer.
-        set.set = unsafe { context.device.allocate_descriptor_sets(&info) }
-            .named("vkAllocateDescriptorSets", "records")?[0];
+        set.set =
+            unsafe { context.device.allocate_descriptor_sets(&info) }.named("vkAllocateDescriptorSets", "records")?[0];
         context.name(set.pool, "records");
         context.name(set.set, "records");
-        let buffers = [vk::DescriptorBufferInfo {
-            buffer: records.handle,
-            offset: 0,
-            range: vk::WHOLE_SIZE,
-        }];
+        let buffers = [vk::DescriptorBufferInfo { buffer: records.handle, offset: 0, range: vk::WHOLE_SIZE }];
         let write = vk::WriteDescriptorSet::builder()
             .dst_set(set.set)
             .dst_binding(0)

@@ -15,10 +15,7 @@ pub(super) struct Spv {
 
 macro_rules! spv {
     ($name:literal) => {
-        Spv {
-            name: $name,
-            bytes: include_bytes!(concat!("../../spv/", $name, ".spv")),
-        }
+        Spv { name: $name, bytes: include_bytes!(concat!("../../spv/", $name, ".spv")) }
     };
 }
 
@@ -71,20 +68,13 @@ pub(super) struct Module {
 
 impl Module {
     pub fn new(context: &Rc<Context>, spv: &Spv) -> Result<Module, GpuError> {
-        let words: Vec<u32> = spv
-            .bytes
-            .chunks_exact(4)
-            .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-            .collect();
+        let words: Vec<u32> = spv.bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let info = vk::ShaderModuleCreateInfo::builder().code(&words);
         // SAFETY: the words are SPIR-V that spirv-val accepted (tests/spirv.rs).
-        let handle = unsafe { context.device.create_shader_module(&info, None) }
-            .named("vkCreateShaderModule", spv.name)?;
+        let handle =
+            unsafe { context.device.create_shader_module(&info, None) }.named("vkCreateShaderModule", spv.name)?;
         context.name(handle, spv.name);
-        Ok(Module {
-            context: Rc::clone(context),
-            handle,
-        })
+        Ok(Module { context: Rc::clone(context), handle })
     }
 }
 

@@ -25,10 +25,7 @@ pub const WIRE_COLOUR: [f32; 4] = [0.1, 0.1, 0.12, 1.0];
 /// Colour of a kind and constellation in [`Show::Patches`]: blue to green for bicubic, red to yellow for Gregory, the
 /// parts of a constellation in two shades so that they can be told apart.
 pub fn patch_colour(kind: Kind, part: Option<u8>) -> [f32; 4] {
-    let [r, g, b] = match (
-        kind,
-        part.map(|number| PARTS[number as usize].constellation),
-    ) {
+    let [r, g, b] = match (kind, part.map(|number| PARTS[number as usize].constellation)) {
         (Kind::Bicubic, None) => [0.45, 0.60, 0.85],
         (Kind::Bicubic, Some(1)) => [0.30, 0.75, 0.80],
         (Kind::Bicubic, Some(2)) => [0.25, 0.70, 0.60],
@@ -42,11 +39,7 @@ pub fn patch_colour(kind: Kind, part: Option<u8>) -> [f32; 4] {
         (Kind::Gregory, Some(4)) => [0.95, 0.80, 0.35],
         (Kind::Gregory, Some(_)) => [0.95, 0.90, 0.50],
     };
-    let shade = if part.is_some_and(|number| number % 2 == 1) {
-        0.85
-    } else {
-        1.0
-    };
+    let shade = if part.is_some_and(|number| number % 2 == 1) { 0.85 } else { 1.0 };
     [r * shade, g * shade, b * shade, 1.0]
 }
 

@@ -48,27 +48,12 @@ pub(super) fn upload(context: &Rc<Context>, table: &PatchTable) -> Result<Device
     check(table, context.info.limits.max_index)?;
     let packed = pack(table);
     let bytes = (size_of_val(&packed.control[..]) + size_of_val(&packed.indices[..])) as u64;
-    let mut device_table = DeviceTable {
-        ranges: table.ranges.clone(),
-        buffers: None,
-        upload_ns: None,
-        bytes,
-    };
+    let mut device_table = DeviceTable { ranges: table.ranges.clone(), buffers: None, upload_ns: None, bytes };
     if packed.control.is_empty() || packed.indices.is_empty() {
         return Ok(device_table);
     }
-    let control = Upload::new(
-        context,
-        "control points",
-        &packed.control,
-        vk::BufferUsageFlags::VERTEX_BUFFER,
-    )?;
-    let indices = Upload::new(
-        context,
-        "patch indices",
-        &packed.indices,
-        vk::BufferUsageFlags::INDEX_BUFFER,
-    )?;
+    let control = Upload::new(context, "control points", &packed.control, vk::BufferUsageFlags::VERTEX_BUFFER)?;
+    let indices = Upload::new(context, "patch indices", &packed.indices, vk::BufferUsageFlags::INDEX_BUFFER)?;
     let timestamps = Timestamps::new(context, vec![Scope::Frame])?;
     Commands::new(context, "upload")?.run(|commands| {
         context.begin_label(commands, "upload");
@@ -89,10 +74,7 @@ pub(super) fn upload(context: &Rc<Context>, table: &PatchTable) -> Result<Device
         Some(timestamps) => timestamps.read()?.frame_ns,
         None => None,
     };
-    device_table.buffers = Some(TableBuffers {
-        control: control.buffer,
-        indices: indices.buffer,
-    });
+    device_table.buffers = Some(TableBuffers { control: control.buffer, indices: indices.buffer });
     Ok(device_table)
 }
 
@@ -117,20 +99,9 @@ impl Upload {
     }
 
     fn record(&self, context: &Context, commands: vk::CommandBuffer) {
-        let region = vk::BufferCopy {
-            src_offset: 0,
-            dst_offset: 0,
-            size: self.buffer.size,
-        };
+        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: self.buffer.size };
         // SAFETY: recording; both buffers have this size.
-        unsafe {
-            context.device.cmd_copy_buffer(
-                commands,
-                self.staging.handle,
-                self.buffer.handle,
-                &[region],
-            )
-        };
+        unsafe { context.device.cmd_copy_buffer(commands, self.staging.handle, self.buffer.handle, &[region]) };
     }
 }
 
@@ -138,27 +109,13 @@ impl Upload {
 fn check(table: &PatchTable, max_index: u32) -> Result<(), GpuError> {
     let fault = |what: String| Err(GpuError::Request(format!("patch table: {what}")));
     if table.control.len() as u64 > u64::from(max_index) {
-        return fault(format!(
-            "{} control points; the device counts to {max_index}",
-            table.control.len()
-        ));
+        return fault(format!("{} control points; the device counts to {max_index}", table.control.len()));
     }
     if u32::try_from(table.indices.len()).is_err() {
-        return fault(format!(
-            "{} indices; a table holds at most {}",
-            table.indices.len(),
-            u32::MAX
-        ));
+        return fault(format!("{} indices; a table holds at most {}", table.indices.len(), u32::MAX));
     }
-    if let Some(index) = table
-        .indices
-        .iter()
-        .find(|&&i| i as usize >= table.control.len())
-    {
-        return fault(format!(
-            "index {index} of {} control points",
-            table.control.len()
-        ));
+    if let Some(index) = table.indices.iter().find(|&&i| i as usize >= table.control.len()) {
+        return fault(format!("index {index} of {} control points", table.control.len()));
     }
     for range in &table.ranges {
         if range.part.is_some_and(|part| part as usize >= PARTS.len()) {
@@ -166,10 +123,7 @@ fn check(table: &PatchTable, max_index: u32) -> Result<(), GpuError> {
         }
         let end = u64::from(range.first) + u64::from(range.count) * range.stride() as u64;
         if end > table.indices.len() as u64 {
-            return fault(format!(
-                "{range:?} runs past the {} indices",
-                table.indices.len()
-            ));
+            return fault(format!("{range:?} runs past the {} indices", table.indices.len()));
         }
     }
     Ok(())

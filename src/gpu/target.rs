@@ -36,10 +36,7 @@ pub(super) struct Passes {
 
 impl Passes {
     pub fn new(context: &Rc<Context>) -> Passes {
-        Passes {
-            context: Rc::clone(context),
-            made: RefCell::default(),
-        }
+        Passes { context: Rc::clone(context), made: RefCell::default() }
     }
 
     /// The render pass of a key, made now if it is the first time.
@@ -69,22 +66,11 @@ impl Passes {
                     .build()
             };
             let (store, layout) = if single {
-                (
-                    vk::AttachmentStoreOp::STORE,
-                    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-                )
+                (vk::AttachmentStoreOp::STORE, vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
             } else {
-                (
-                    vk::AttachmentStoreOp::DONT_CARE,
-                    vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-                )
+                (vk::AttachmentStoreOp::DONT_CARE, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
             };
-            attachments.push(attachment(
-                key.samples(),
-                vk::AttachmentLoadOp::CLEAR,
-                store,
-                layout,
-            ));
+            attachments.push(attachment(key.samples(), vk::AttachmentLoadOp::CLEAR, store, layout));
             if !single {
                 attachments.push(attachment(
                     vk::SampleCountFlags::TYPE_1,
@@ -94,15 +80,10 @@ impl Passes {
                 ));
             }
         }
-        let reference = |attachment| {
-            [vk::AttachmentReference {
-                attachment,
-                layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-            }]
-        };
+        let reference =
+            |attachment| [vk::AttachmentReference { attachment, layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL }];
         let (colour, resolve) = (reference(0), reference(1));
-        let mut subpass =
-            vk::SubpassDescription::builder().pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS);
+        let mut subpass = vk::SubpassDescription::builder().pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS);
         if !attachments.is_empty() {
             subpass = subpass.color_attachments(&colour);
         }
@@ -115,13 +96,10 @@ impl Passes {
             vk::SubpassDependency {
                 src_subpass: vk::SUBPASS_EXTERNAL,
                 dst_subpass: 0,
-                src_stage_mask: vk::PipelineStageFlags::TRANSFER
-                    | vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
+                src_stage_mask: vk::PipelineStageFlags::TRANSFER | vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
                 dst_stage_mask: vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
-                src_access_mask: vk::AccessFlags::TRANSFER_READ
-                    | vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
-                dst_access_mask: vk::AccessFlags::COLOR_ATTACHMENT_READ
-                    | vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
+                src_access_mask: vk::AccessFlags::TRANSFER_READ | vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
+                dst_access_mask: vk::AccessFlags::COLOR_ATTACHMENT_READ | vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
                 dependency_flags: vk::DependencyFlags::empty(),
             },
             vk::SubpassDependency {
@@ -134,16 +112,13 @@ impl Passes {
                 dependency_flags: vk::DependencyFlags::empty(),
             },
         ];
-        let mut info = vk::RenderPassCreateInfo::builder()
-            .attachments(&attachments)
-            .subpasses(&subpasses);
+        let mut info = vk::RenderPassCreateInfo::builder().attachments(&attachments).subpasses(&subpasses);
         if !attachments.is_empty() {
             info = info.dependencies(&dependencies);
         }
         let name = format!("{key:?} pass");
         // SAFETY: every pointer in `info` lives until the call returns.
-        let pass = unsafe { self.context.device.create_render_pass(&info, None) }
-            .named("vkCreateRenderPass", &name)?;
+        let pass = unsafe { self.context.device.create_render_pass(&info, None) }.named("vkCreateRenderPass", &name)?;
         self.context.name(pass, &name);
         Ok(pass)
     }
@@ -171,42 +146,18 @@ pub(super) struct Target {
 
 impl Target {
     /// A target for `key`. For [`PassKey::Empty`] there is nothing to read.
-    pub fn new(
-        context: &Rc<Context>,
-        passes: &Passes,
-        key: PassKey,
-        extent: [u32; 2],
-    ) -> Result<Target, GpuError> {
+    pub fn new(context: &Rc<Context>, passes: &Passes, key: PassKey, extent: [u32; 2]) -> Result<Target, GpuError> {
         let mut images = Vec::new();
         let mut pixels = None;
         if let PassKey::Colour { format, samples } = key {
             check(context, format, key.samples(), samples, extent)?;
             if samples > 1 {
-                let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
-                    | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT;
-                images.push(Image::new(
-                    context,
-                    "multisampled colour",
-                    extent,
-                    format,
-                    key.samples(),
-                    usage,
-                )?);
+                let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT;
+                images.push(Image::new(context, "multisampled colour", extent, format, key.samples(), usage)?);
             }
             let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
-            images.push(Image::new(
-                context,
-                "colour",
-                extent,
-                format,
-                vk::SampleCountFlags::TYPE_1,
-                usage,
-            )?);
-            let bytes = if format == vk::Format::R8G8B8A8_UNORM {
-                4
-            } else {
-                16
-            };
+            images.push(Image::new(context, "colour", extent, format, vk::SampleCountFlags::TYPE_1, usage)?);
+            let bytes = if format == vk::Format::R8G8B8A8_UNORM { 4 } else { 16 };
             pixels = Some(Buffer::new(
                 context,
                 "pixels",
@@ -224,17 +175,10 @@ impl Target {
             .height(extent[1])
             .layers(1);
         // SAFETY: the views match the pass's attachments and live as long as the framebuffer.
-        let framebuffer = unsafe { context.device.create_framebuffer(&info, None) }
-            .named("vkCreateFramebuffer", "target")?;
+        let framebuffer =
+            unsafe { context.device.create_framebuffer(&info, None) }.named("vkCreateFramebuffer", "target")?;
         context.name(framebuffer, "target");
-        Ok(Target {
-            context: Rc::clone(context),
-            extent,
-            pass,
-            framebuffer,
-            images,
-            pixels,
-        })
+        Ok(Target { context: Rc::clone(context), extent, pass, framebuffer, images, pixels })
     }
 
     /// Records the copy of the picture to the host. The pass has left the image in the layout for it.
@@ -249,11 +193,7 @@ impl Target {
                 base_array_layer: 0,
                 layer_count: 1,
             })
-            .image_extent(vk::Extent3D {
-                width: self.extent[0],
-                height: self.extent[1],
-                depth: 1,
-            });
+            .image_extent(vk::Extent3D { width: self.extent[0], height: self.extent[1], depth: 1 });
         let barrier = vk::BufferMemoryBarrier::builder()
             .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
             .dst_access_mask(vk::AccessFlags::HOST_READ)
@@ -291,11 +231,7 @@ impl Target {
 impl Drop for Target {
     fn drop(&mut self) {
         // SAFETY: every submission is waited for before its call returns.
-        unsafe {
-            self.context
-                .device
-                .destroy_framebuffer(self.framebuffer, None)
-        };
+        unsafe { self.context.device.destroy_framebuffer(self.framebuffer, None) };
     }
 }
 
@@ -309,9 +245,7 @@ fn check(
     let info = &context.info;
     let [max_width, max_height] = info.limits.max_image;
     if width == 0 || height == 0 {
-        return Err(GpuError::Request(format!(
-            "a picture of {width}x{height} pixels has nothing in it"
-        )));
+        return Err(GpuError::Request(format!("a picture of {width}x{height} pixels has nothing in it")));
     }
     if width > max_width || height > max_height {
         return Err(GpuError::Request(format!(
@@ -321,23 +255,18 @@ fn check(
     }
     // SAFETY: the physical device belongs to the instance.
     let found = unsafe {
-        context
-            .instance
-            .handle
-            .get_physical_device_image_format_properties(
-                context.physical,
-                format,
-                vk::ImageType::TYPE_2D,
-                vk::ImageTiling::OPTIMAL,
-                vk::ImageUsageFlags::COLOR_ATTACHMENT,
-                vk::ImageCreateFlags::empty(),
-            )
+        context.instance.handle.get_physical_device_image_format_properties(
+            context.physical,
+            format,
+            vk::ImageType::TYPE_2D,
+            vk::ImageTiling::OPTIMAL,
+            vk::ImageUsageFlags::COLOR_ATTACHMENT,
+            vk::ImageCreateFlags::empty(),
+        )
     }
     .named("vkGetPhysicalDeviceImageFormatProperties", &info.name)?;
     if !matches!(samples, 1 | 4) || !found.sample_counts.contains(flags) {
-        return Err(GpuError::Request(format!(
-            "{samples} samples a pixel; 1 and 4 are possible"
-        )));
+        return Err(GpuError::Request(format!("{samples} samples a pixel; 1 and 4 are possible")));
     }
     Ok(())
 }

@@ -39,9 +39,7 @@ impl TessRule {
     pub fn check(self) -> Result<(), GpuError> {
         let (TessRule::Fixed(x) | TessRule::Base(x) | TessRule::Pixels(x)) = self;
         if !x.is_finite() || x <= 0.0 {
-            return Err(GpuError::Request(format!(
-                "tessellation {x} is not a positive number; give one above 0"
-            )));
+            return Err(GpuError::Request(format!("tessellation {x} is not a positive number; give one above 0")));
         }
         if matches!(self, TessRule::Fixed(_)) && x > MAX_LEVEL {
             return Err(GpuError::Request(format!(
@@ -55,27 +53,12 @@ impl TessRule {
     pub fn levels(self, level: u32) -> Levels {
         let integer = |x: f32| x.ceil().clamp(1.0, MAX_LEVEL);
         match self {
-            TessRule::Fixed(t) => Levels {
-                full: integer(t),
-                half: integer(t),
-                inner: integer(t),
-                pixels: 0.0,
-            },
+            TessRule::Fixed(t) => Levels { full: integer(t), half: integer(t), inner: integer(t), pixels: 0.0 },
             TessRule::Base(t) => {
                 let at = |l: u32| integer(t / 2f32.powi(l.min(100) as i32));
-                Levels {
-                    full: at(level),
-                    half: at(level.saturating_add(1)),
-                    inner: at(level),
-                    pixels: 0.0,
-                }
+                Levels { full: at(level), half: at(level.saturating_add(1)), inner: at(level), pixels: 0.0 }
             }
-            TessRule::Pixels(p) => Levels {
-                full: MAX_LEVEL,
-                half: MAX_LEVEL,
-                inner: MAX_LEVEL,
-                pixels: p,
-            },
+            TessRule::Pixels(p) => Levels { full: MAX_LEVEL, half: MAX_LEVEL, inner: MAX_LEVEL, pixels: p },
         }
     }
 }
@@ -103,10 +86,7 @@ mod tests {
     #[test]
     fn levels_follow_the_rules() {
         let fixed = TessRule::Fixed(3.2).levels(7);
-        assert_eq!(
-            (fixed.full, fixed.half, fixed.inner, fixed.pixels),
-            (4.0, 4.0, 4.0, 0.0)
-        );
+        assert_eq!((fixed.full, fixed.half, fixed.inner, fixed.pixels), (4.0, 4.0, 4.0, 0.0));
         let base = TessRule::Base(16.0).levels(2);
         assert_eq!((base.full, base.half, base.inner), (4.0, 2.0, 4.0));
         let base = TessRule::Base(16.0).levels(9);
@@ -116,12 +96,7 @@ mod tests {
 
     #[test]
     fn senseless_numbers_are_requests() {
-        for rule in [
-            TessRule::Fixed(0.0),
-            TessRule::Fixed(65.0),
-            TessRule::Base(f32::NAN),
-            TessRule::Pixels(-1.0),
-        ] {
+        for rule in [TessRule::Fixed(0.0), TessRule::Fixed(65.0), TessRule::Base(f32::NAN), TessRule::Pixels(-1.0)] {
             assert!(rule.check().unwrap_err().is_request());
         }
         assert!(TessRule::Base(256.0).check().is_ok());

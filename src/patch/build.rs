@@ -86,7 +86,7 @@ impl Builder {
         let mask = fate >> fate::TRANSITION;
         let (_, turn) = standard_position(mask);
         let first = level.first(f);
-        let half_edges = [0u32, 1, 2, 3].map(|i| first + ((i + u32::from(turn)) & 3));
+        let half_edges = [0, 1, 2, 3].map(|i| first + ((i + u32::from(turn)) & 3));
         let gregory = fate & fate::IRREGULAR != 0 && self.style.irregular == Irregular::Gregory;
         let kind = if gregory { Kind::Gregory } else { Kind::Bicubic };
 
@@ -181,16 +181,14 @@ impl Builder {
                     [a, b, middle, c, d]
                 }
                 // Without grading the neighbour's own edges may not be drawn either: the face's curve is halved.
-                Rules::Authors => self.halve([
-                    corner[i],
-                    face.points[NEAR[i]],
-                    face.points[FAR[i]],
-                    corner[(i + 1) & 3],
-                ]),
+                Rules::Authors => {
+                    self.halve([corner[i], face.points[NEAR[i]], face.points[FAR[i]], corner[(i + 1) & 3]])
+                }
             };
         }
         let centre = (constellation == 5).then(|| {
-            let points: Vec<ControlPoint> = face.points[..kind.points()].iter().map(|&p| self.table.control[p as usize]).collect();
+            let points: Vec<ControlPoint> =
+                face.points[..kind.points()].iter().map(|&p| self.table.control[p as usize]).collect();
             let middle = eval::face(kind, &points, 0.5, 0.5);
             self.push(middle)
         });
@@ -214,11 +212,8 @@ impl Builder {
             for i in 0..sides {
                 if let Side::Half(pair) = spec.sides[i] {
                     let (from, to) = (spec.corners[i], spec.corners[(i + 1) % sides]);
-                    let (edge, half) = if from.contains(&1) {
-                        ((face_corner(to) + 3) & 3, 3)
-                    } else {
-                        (face_corner(from), 0)
-                    };
+                    let (edge, half) =
+                        if from.contains(&1) { ((face_corner(to) + 3) & 3, 3) } else { (face_corner(from), 0) };
                     let at = points + 4 + 2 * pair as usize;
                     ids[at..at + 2].copy_from_slice(&split[edge][half..half + 2]);
                 }

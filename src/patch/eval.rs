@@ -32,12 +32,7 @@ pub fn bernstein(s: f64, t: f64) -> [f64; 4] {
 /// Derivatives of [`bernstein`] with respect to `t`.
 pub fn bernstein_slope(s: f64, t: f64) -> [f64; 4] {
     let st = 6.0 * s * t;
-    [
-        -3.0 * s * s,
-        3.0 * s * s - st,
-        st - 3.0 * t * t,
-        3.0 * t * t,
-    ]
+    [-3.0 * s * s, 3.0 * s * s - st, st - 3.0 * t * t, 3.0 * t * t]
 }
 
 /// Weighted sum of four points in the symmetric order.
@@ -81,17 +76,8 @@ fn net(kind: Kind, points: &[ControlPoint], u: f64, v: f64) -> [ControlPoint; 16
 
 /// Along u in every row, then along v.
 fn tensor(net: &[ControlPoint; 16], wu: [f64; 4], wv: [f64; 4]) -> ControlPoint {
-    let rows: [ControlPoint; 4] = std::array::from_fn(|r| {
-        cubic(
-            wu,
-            [
-                &net[4 * r],
-                &net[4 * r + 1],
-                &net[4 * r + 2],
-                &net[4 * r + 3],
-            ],
-        )
-    });
+    let rows: [ControlPoint; 4] =
+        std::array::from_fn(|r| cubic(wu, [&net[4 * r], &net[4 * r + 1], &net[4 * r + 2], &net[4 * r + 3]]));
     cubic(wv, [&rows[0], &rows[1], &rows[2], &rows[3]])
 }
 
@@ -100,11 +86,7 @@ fn tensor(net: &[ControlPoint; 16], wu: [f64; 4], wv: [f64; 4]) -> ControlPoint 
 /// # Panics
 /// When there are fewer points than [`Kind::points`].
 pub fn face(kind: Kind, points: &[ControlPoint], u: f64, v: f64) -> ControlPoint {
-    tensor(
-        &net(kind, points, u, v),
-        bernstein(1.0 - u, u),
-        bernstein(1.0 - v, v),
-    )
+    tensor(&net(kind, points, u, v), bernstein(1.0 - u, u), bernstein(1.0 - v, v))
 }
 
 /// Point and first derivatives of a face at (u, v). At a corner of a Gregory face the derivatives are the limits.
@@ -139,12 +121,7 @@ pub fn face_sample(kind: Kind, points: &[ControlPoint], u: f64, v: f64) -> Sampl
 }
 
 /// Control points of the cubic along edge e of a face, from its corner e on.
-pub const FACE_EDGES: [[usize; 4]; 4] = [
-    [0, 1, 2, 3],
-    [3, 7, 11, 15],
-    [15, 14, 13, 12],
-    [12, 8, 4, 0],
-];
+pub const FACE_EDGES: [[usize; 4]; 4] = [[0, 1, 2, 3], [3, 7, 11, 15], [15, 14, 13, 12], [12, 8, 4, 0]];
 
 /// Control point of corner `i` of a drawn patch: of the face, or of part `part` of [`PARTS`].
 pub fn corner_point(kind: Kind, part: Option<u8>, i: usize) -> usize {
@@ -166,12 +143,7 @@ pub fn side_points(kind: Kind, part: Option<u8>, i: usize) -> Option<[usize; 4]>
         Side::Half(pair) => {
             let first = kind.points() + 4 + 2 * pair as usize;
             let next = (i + 1) % sides(part);
-            Some([
-                corner_point(kind, part, i),
-                first,
-                first + 1,
-                corner_point(kind, part, next),
-            ])
+            Some([corner_point(kind, part, i), first, first + 1, corner_point(kind, part, next)])
         }
     }
 }
@@ -207,10 +179,7 @@ fn side_of(part: Option<u8>, coord: [f64; 3]) -> Option<(usize, f64)> {
     } else {
         &[(y, x), (1.0 - x, y), (1.0 - y, 1.0 - x), (x, 1.0 - y)]
     };
-    candidates
-        .iter()
-        .position(|&(distance, _)| distance < ON_SIDE)
-        .map(|side| (side, candidates[side].1))
+    candidates.iter().position(|&(distance, _)| distance < ON_SIDE).map(|side| (side, candidates[side].1))
 }
 
 /// Where a tessellated vertex of a drawn patch lies in the face's domain. `coord` is the tessellator's coordinate
@@ -222,11 +191,8 @@ pub fn vertex_uv(part: Option<u8>, outer: [f64; 4], coord: [f64; 3]) -> [f64; 2]
         return inner_uv(part, side, (level - k) / level, k / level);
     }
     let [x, y, z] = coord;
-    let weights = if sides(part) == 3 {
-        [x, y, z, 0.0]
-    } else {
-        [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y]
-    };
+    let weights =
+        if sides(part) == 3 { [x, y, z, 0.0] } else { [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y] };
     let mut uv = [0.0; 2];
     for (i, weight) in weights.into_iter().enumerate() {
         let corner = corner_uv(part, i);
@@ -241,13 +207,7 @@ pub fn vertex_uv(part: Option<u8>, outer: [f64; 4], coord: [f64; 3]) -> [f64; 2]
 ///
 /// # Panics
 /// When there are too few points or the part number is out of range.
-pub fn vertex(
-    kind: Kind,
-    part: Option<u8>,
-    points: &[ControlPoint],
-    outer: [f64; 4],
-    coord: [f64; 3],
-) -> ControlPoint {
+pub fn vertex(kind: Kind, part: Option<u8>, points: &[ControlPoint], outer: [f64; 4], coord: [f64; 3]) -> ControlPoint {
     if let Some((side, along)) = side_of(part, coord) {
         let level = outer[side];
         let k = (along * level + 0.5).floor();
@@ -258,10 +218,7 @@ pub fn vertex(
             return points[corner_point(kind, part, (side + 1) % sides(part))];
         }
         if let Some(q) = side_points(kind, part, side) {
-            return cubic(
-                bernstein((level - k) / level, k / level),
-                q.map(|i| &points[i]),
-            );
+            return cubic(bernstein((level - k) / level, k / level), q.map(|i| &points[i]));
         }
     }
     let [u, v] = vertex_uv(part, outer, coord);
@@ -371,10 +328,7 @@ mod tests {
         let p = points(4, 5);
         for level in 1..=64 {
             for k in 0..=level {
-                let (s, t) = (
-                    f64::from(level - k) / f64::from(level),
-                    f64::from(k) / f64::from(level),
-                );
+                let (s, t) = (f64::from(level - k) / f64::from(level), f64::from(k) / f64::from(level));
                 let forward = cubic(bernstein(s, t), [&p[0], &p[1], &p[2], &p[3]]);
                 let backward = cubic(bernstein(t, s), [&p[3], &p[2], &p[1], &p[0]]);
                 assert_eq!(forward.map(f64::to_bits), backward.map(f64::to_bits));
@@ -387,13 +341,7 @@ mod tests {
         let h = 1e-6;
         for kind in KINDS {
             let p = points(20, 7);
-            for (u, v) in [
-                (0.3, 0.6),
-                (0.01, 0.02),
-                (0.9, 0.1),
-                (0.5, 0.5),
-                (0.97, 0.93),
-            ] {
+            for (u, v) in [(0.3, 0.6), (0.01, 0.02), (0.9, 0.1), (0.5, 0.5), (0.97, 0.93)] {
                 let sample = face_sample(kind, &p, u, v);
                 let (u0, u1) = (face(kind, &p, u - h, v), face(kind, &p, u + h, v));
                 let (v0, v1) = (face(kind, &p, u, v - h), face(kind, &p, u, v + h));
@@ -414,10 +362,7 @@ mod tests {
         for i in 0..=10 {
             for j in 0..=10 {
                 let (u, v) = (f64::from(i) / 10.0, f64::from(j) / 10.0);
-                let (a, b) = (
-                    face_sample(Kind::Gregory, &p, u, v),
-                    face_sample(Kind::Bicubic, &p, u, v),
-                );
+                let (a, b) = (face_sample(Kind::Gregory, &p, u, v), face_sample(Kind::Bicubic, &p, u, v));
                 for c in 0..8 {
                     assert!((a.value[c] - b.value[c]).abs() < 1e-15);
                     assert!((a.du[c] - b.du[c]).abs() < 1e-14);
@@ -444,15 +389,8 @@ mod tests {
             }
             let t = 0.3;
             let (u, v) = [(t, 0.0), (1.0, t), (t, 1.0), (0.0, t)][e];
-            let (a, b) = (
-                face_sample(Kind::Gregory, &p, u, v),
-                face_sample(Kind::Gregory, &q, u, v),
-            );
-            let (a, b) = if e % 2 == 0 {
-                (a.dv, b.dv)
-            } else {
-                (a.du, b.du)
-            };
+            let (a, b) = (face_sample(Kind::Gregory, &p, u, v), face_sample(Kind::Gregory, &q, u, v));
+            let (a, b) = if e % 2 == 0 { (a.dv, b.dv) } else { (a.du, b.du) };
             for c in 0..8 {
                 assert!((a[c] - b[c]).abs() < 1e-13, "edge {e}");
             }
@@ -469,8 +407,7 @@ mod tests {
                 let n = sides(Some(number as u8));
                 for i in 0..n {
                     let (a, b) = (part.corners[i], part.corners[(i + 1) % n]);
-                    area += (f64::from(a[0]) * f64::from(b[1]) - f64::from(a[1]) * f64::from(b[0]))
-                        / 8.0;
+                    area += (f64::from(a[0]) * f64::from(b[1]) - f64::from(a[1]) * f64::from(b[0])) / 8.0;
                     if part.sides[i] == Side::Inner {
                         inner.push((a, b));
                     }
@@ -478,10 +415,7 @@ mod tests {
             }
             assert_eq!(area, 1.0, "constellation {constellation}");
             for (a, b) in &inner {
-                assert!(
-                    inner.contains(&(*b, *a)),
-                    "constellation {constellation}: {a:?} to {b:?}"
-                );
+                assert!(inner.contains(&(*b, *a)), "constellation {constellation}: {a:?} to {b:?}");
             }
         }
     }

@@ -4,8 +4,8 @@ use super::points::{colour_of, control, position_of, Points};
 use super::ControlPoint;
 use crate::refine::Rules;
 use crate::subdiv::fan::Linear;
-use crate::subdiv::limit::cosine;
 use crate::subdiv::level::{Level, Value};
+use crate::subdiv::limit::cosine;
 
 /// Everything that one face point depends on, for positions or colours.
 struct Edge<V> {

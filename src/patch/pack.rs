@@ -14,11 +14,7 @@ pub struct PackedTable {
 /// Rounds every channel to the nearest f32. Negative zero becomes zero, so that equal numbers are equal bits.
 pub fn pack(table: &PatchTable) -> PackedTable {
     PackedTable {
-        control: table
-            .control
-            .iter()
-            .map(|point| point.map(|x| x as f32 + 0.0))
-            .collect(),
+        control: table.control.iter().map(|point| point.map(|x| x as f32 + 0.0)).collect(),
         indices: table.indices.clone(),
     }
 }
@@ -29,10 +25,7 @@ mod tests {
 
     #[test]
     fn negative_zero_becomes_zero() {
-        let table = PatchTable {
-            control: vec![[-0.0; 8]],
-            ..PatchTable::default()
-        };
+        let table = PatchTable { control: vec![[-0.0; 8]], ..PatchTable::default() };
         assert_eq!(pack(&table).control[0].map(f32::to_bits), [0; 8]);
     }
 }

@@ -201,7 +201,8 @@ impl<'a> Points<'a> {
         let (before, after) = (level.twin[h as usize], level.twin[level.prev(h) as usize]);
         let opposite = level.twin[level.prev(after) as usize];
         let across = |g: u32| level.at(level.next(level.next(g)));
-        let spokes = (level.at(level.next(h)) + level.at(level.prev(after))) + (level.at(level.prev(h)) + across(before));
+        let spokes =
+            (level.at(level.next(h)) + level.at(level.prev(after))) + (level.at(level.prev(h)) + across(before));
         let corners = (across(h) + across(opposite)) + (across(after) + level.at(level.prev(before)));
         (level.at(h) * 16.0 + spokes * 4.0 + corners) * (1.0 / 36.0)
     }
@@ -210,8 +211,13 @@ impl<'a> Points<'a> {
     /// near and far edge points, and the inner points by value. `half_edges[0]` leaves corner A.
     pub fn regular_face(&mut self, half_edges: [u32; 4], control_points: &mut Vec<ControlPoint>) -> RegularFace {
         let level = self.level;
-        let mut q = level.quad_values(half_edges[0] >> 2);
-        q.rotate_left(half_edges[0] as usize & 3);
+        let q = if half_edges[0] < 4 * level.quads {
+            let mut q = level.quad_values(half_edges[0] >> 2);
+            q.rotate_left(half_edges[0] as usize & 3);
+            q
+        } else {
+            half_edges.map(|h| level.at(h))
+        };
         let mut face = RegularFace::default();
         for i in 0..4 {
             let h = half_edges[i];
@@ -358,7 +364,8 @@ impl<'a> Points<'a> {
                 _ => return border_edge(cv, cw),
             };
             let g = self.beside(h, t);
-            let (beside_v, beside_w) = if end == h { (g.beside_v.c, g.beside_w.c) } else { (g.beside_w.c, g.beside_v.c) };
+            let (beside_v, beside_w) =
+                if end == h { (g.beside_v.c, g.beside_w.c) } else { (g.beside_w.c, g.beside_v.c) };
             if !self.colour_is_extraordinary(end) {
                 return regular_edge(cv, cw, beside_v, beside_w);
             }

@@ -159,9 +159,8 @@ fn resolve_paint(index: usize, e: &ColourEdit, map: &IndexMap) -> Result<Paint, 
     if e.level > MAX_LEVEL {
         return Err(EditError::TooDeep { what: "colour", index, level: e.level });
     }
-    let slot = map
-        .from_app_a(e.level, e.half_edge)
-        .ok_or_else(|| no_such("colour", index, e.level, e.half_edge, map))?;
+    let slot =
+        map.from_app_a(e.level, e.half_edge).ok_or_else(|| no_such("colour", index, e.level, e.half_edge, map))?;
     if !map.is_colour_vertex(e.level, slot) {
         return Err(EditError::NotAColourVertex { index, level: e.level, half_edge: e.half_edge });
     }

@@ -271,6 +271,12 @@ fn irregular_corner(level: &Level, h: u32, around_polygons: &[bool], corners: Co
     }
 }
 
+/// Whether the surface over a quad of level >= 1 follows no bicubic, in positions or colours.
+pub(crate) fn irregular_face(level: &Level, f: u32, corners: CornerRule, rules: Rules) -> bool {
+    let around = around_polygons(level);
+    level.of_face(f).any(|h| irregular_corner(level, h, &around, corners, rules))
+}
+
 /// Faces of the colour sector that the corner of `h` lies in.
 fn sector_faces(level: &Level, h: u32) -> u32 {
     let mut n = 1;

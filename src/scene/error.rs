@@ -51,13 +51,7 @@ pub enum SceneError {
 impl SceneError {
     /// An error in the content of `file` at `line` and `column` (both from 1): also for later rooms, which know
     /// the line of a face from [`InputMesh::face_line`](super::InputMesh::face_line).
-    pub fn content(
-        file: &str,
-        line: usize,
-        column: usize,
-        what: impl Display,
-        fix: impl Display,
-    ) -> SceneError {
+    pub fn content(file: &str, line: usize, column: usize, what: impl Display, fix: impl Display) -> SceneError {
         SceneError::Content {
             file: file.to_owned(),
             line,
@@ -73,10 +67,7 @@ impl SceneError {
     }
 
     pub(super) fn write(path: &Path, source: std::io::Error) -> SceneError {
-        SceneError::Write {
-            file: path.display().to_string(),
-            source,
-        }
+        SceneError::Write { file: path.display().to_string(), source }
     }
 }
 
@@ -91,12 +82,7 @@ pub(super) struct Fault {
 
 impl Fault {
     pub fn new(place: (usize, usize), what: impl Display, fix: impl Display) -> Fault {
-        Fault {
-            line: place.0,
-            column: place.1,
-            what: what.to_string(),
-            fix: fix.to_string(),
-        }
+        Fault { line: place.0, column: place.1, what: what.to_string(), fix: fix.to_string() }
     }
 
     pub fn in_file(self, file: &str) -> SceneError {
@@ -115,9 +101,7 @@ pub(super) fn quoted(text: &str) -> String {
 
 /// Control characters would break the one-line promise of every message.
 fn one_line(text: &str) -> String {
-    text.chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect()
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 #[cfg(test)]
@@ -127,10 +111,7 @@ mod tests {
     #[test]
     fn message_is_one_line_with_place_and_advice() {
         let error = SceneError::content("a.obj", 3, 7, "vertex\n9 does not exist", "there are 4");
-        assert_eq!(
-            error.to_string(),
-            "a.obj:3:7: vertex 9 does not exist; there are 4"
-        );
+        assert_eq!(error.to_string(), "a.obj:3:7: vertex 9 does not exist; there are 4");
     }
 
     #[test]

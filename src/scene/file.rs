@@ -14,26 +14,13 @@ pub const LARGEST_FILE: u64 = 1 << 30;
 /// [`SceneError::Read`] when it cannot be read, [`SceneError::Content`] when it is larger than [`LARGEST_FILE`].
 pub fn read_bounded(path: &Path) -> Result<Vec<u8>, SceneError> {
     let name = path.display().to_string();
-    let read = |source| SceneError::Read {
-        file: name.clone(),
-        source,
-    };
+    let read = |source| SceneError::Read { file: name.clone(), source };
     let mut bytes = Vec::new();
     // A pipe or a growing file has no reliable length beforehand, so the reading itself is bounded.
-    File::open(path)
-        .map_err(read)?
-        .take(LARGEST_FILE + 1)
-        .read_to_end(&mut bytes)
-        .map_err(read)?;
+    File::open(path).map_err(read)?.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(read)?;
     if bytes.len() as u64 > LARGEST_FILE {
         let what = format!("the file is larger than {LARGEST_FILE} bytes");
-        return Err(SceneError::content(
-            &name,
-            1,
-            1,
-            what,
-            "split the scene into smaller ones",
-        ));
+        return Err(SceneError::content(&name, 1, 1, what, "split the scene into smaller ones"));
     }
     Ok(bytes)
 }
@@ -64,11 +51,7 @@ fn temporary_beside(path: &Path) -> PathBuf {
     static NEXT: AtomicU32 = AtomicU32::new(0);
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
-    name.push(format!(
-        ".{}.{}.part",
-        std::process::id(),
-        NEXT.fetch_add(1, Ordering::Relaxed)
-    ));
+    name.push(format!(".{}.{}.part", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)));
     path.with_file_name(name)
 }
 
@@ -92,9 +75,7 @@ mod tests {
     fn failures_name_the_file_and_whose_fault_it_is() {
         let missing = Path::new("no/such/folder/a.json");
         let error = write_atomically(missing, b"").unwrap_err();
-        assert!(
-            error.is_machine_failure() && error.to_string().starts_with("no/such/folder/a.json: ")
-        );
+        assert!(error.is_machine_failure() && error.to_string().starts_with("no/such/folder/a.json: "));
         assert!(!read_bounded(missing).unwrap_err().is_machine_failure());
     }
 }

@@ -15,10 +15,7 @@ pub(super) enum Step<'a> {
 /// Byte offset of the value at `path` in `text`, or of the last value on the way that exists. `None` when `text` is
 /// no JSON up to there.
 pub(super) fn offset(text: &str, path: &[Step]) -> Option<usize> {
-    let mut scan = Scan {
-        bytes: text.as_bytes(),
-        at: 0,
-    };
+    let mut scan = Scan { bytes: text.as_bytes(), at: 0 };
     scan.blanks();
     let mut start = scan.at;
     for step in path {
@@ -41,10 +38,7 @@ pub(super) fn element_lines(text: &str, path: &[Step]) -> Vec<u32> {
     let Some(start) = offset(text, path) else {
         return lines;
     };
-    let mut scan = Scan {
-        bytes: text.as_bytes(),
-        at: start,
-    };
+    let mut scan = Scan { bytes: text.as_bytes(), at: start };
     let (mut counted, mut line) = (0, 1);
     if scan.take(b'[').is_none() {
         return lines;
@@ -66,14 +60,8 @@ pub(super) fn element_lines(text: &str, path: &[Step]) -> Vec<u32> {
 /// Line and column (in characters), both from 1, of a byte offset.
 pub(super) fn line_column(text: &str, offset: usize) -> (usize, usize) {
     let before = &text.as_bytes()[..offset.min(text.len())];
-    let start = before
-        .iter()
-        .rposition(|&byte| byte == b'\n')
-        .map_or(0, |at| at + 1);
-    (
-        newlines(before) as usize + 1,
-        String::from_utf8_lossy(&before[start..]).chars().count() + 1,
-    )
+    let start = before.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
+    (newlines(before) as usize + 1, String::from_utf8_lossy(&before[start..]).chars().count() + 1)
 }
 
 fn newlines(bytes: &[u8]) -> u32 {
@@ -186,9 +174,7 @@ impl Scan<'_> {
                 }
                 b',' | b':' => return None,
                 _ => {
-                    while self.peek().is_some_and(|byte| {
-                        !byte.is_ascii_whitespace() && !b",:]}[{\"".contains(&byte)
-                    }) {
+                    while self.peek().is_some_and(|byte| !byte.is_ascii_whitespace() && !b",:]}[{\"".contains(&byte)) {
                         self.at += 1;
                     }
                 }
@@ -205,7 +191,8 @@ mod tests {
     use super::*;
     use Step::{Index, Key};
 
-    const TEXT: &str = "{\n  \"a\\\"\": [1, {\"b\": \"}]\"}],\n  \"ü\": {\"faces\": [[0,1],\n [2],\n\n [3, [4]] ]}, \"n\": -1.5e3\n}";
+    const TEXT: &str =
+        "{\n  \"a\\\"\": [1, {\"b\": \"}]\"}],\n  \"ü\": {\"faces\": [[0,1],\n [2],\n\n [3, [4]] ]}, \"n\": -1.5e3\n}";
 
     #[test]
     fn values_are_found_by_path() {
@@ -220,10 +207,7 @@ mod tests {
     #[test]
     fn a_missing_value_gives_the_place_of_what_would_hold_it() {
         assert_eq!(offset(TEXT, &[Key("x")]), Some(0));
-        assert_eq!(
-            place(TEXT, &[Key("ü"), Key("faces"), Index(9)]),
-            place(TEXT, &[Key("ü"), Key("faces")])
-        );
+        assert_eq!(place(TEXT, &[Key("ü"), Key("faces"), Index(9)]), place(TEXT, &[Key("ü"), Key("faces")]));
     }
 
     #[test]
@@ -235,17 +219,7 @@ mod tests {
 
     #[test]
     fn broken_texts_end_the_search() {
-        for text in [
-            "",
-            "{",
-            "{\"a",
-            "{\"a\":",
-            "{\"a\" 1}",
-            "[[[",
-            "]",
-            "{\"b\":]",
-            "{\"\\",
-        ] {
+        for text in ["", "{", "{\"a", "{\"a\":", "{\"a\" 1}", "[[[", "]", "{\"b\":]", "{\"\\"] {
             let _ = place(text, &[Key("a"), Index(3)]);
             let _ = element_lines(text, &[Key("a")]);
         }

@@ -114,6 +114,24 @@ pub struct Scene {
     pub geometry: Vec<GeometryEdit>,
     /// Colour edits, at most one for each (level, half-edge).
     pub colours: Vec<ColourEdit>,
+    /// Where the edits stand in their file.
+    pub edit_lines: EditLines,
+}
+
+/// Source line (from 1) of each edit, or empty when there is no file. For error messages only: two scenes are equal
+/// wherever their edits were written.
+#[derive(Clone, Debug, Default)]
+pub struct EditLines {
+    /// Of [`Scene::geometry`].
+    pub geometry: Vec<u32>,
+    /// Of [`Scene::colours`].
+    pub colours: Vec<u32>,
+}
+
+impl PartialEq for EditLines {
+    fn eq(&self, _: &EditLines) -> bool {
+        true
+    }
 }
 
 impl Scene {
@@ -135,12 +153,7 @@ impl Scene {
         let at_start = |what, fix| Err(SceneError::content(file, 1, 1, what, fix));
         let first = bytes.iter().copied().find(|b| !b.is_ascii_whitespace());
         let mut scene = match first {
-            None => {
-                return at_start(
-                    "the file is empty",
-                    "give a scene (scenes/triangle.json is a small one)",
-                )
-            }
+            None => return at_start("the file is empty", "give a scene (scenes/triangle.json is a small one)"),
             Some(b'{') => native::read(bytes).map_err(|fault| fault.in_file(file))?,
             Some(b'<') => {
                 return at_start(
@@ -149,19 +162,12 @@ impl Scene {
                 );
             }
             Some(_) if bytes.contains(&0) => {
-                return at_start(
-                    "this is no scene but binary data",
-                    "give a JSON scene or an .obj model",
-                );
+                return at_start("this is no scene but binary data", "give a JSON scene or an .obj model");
             }
             Some(_) => authors::read(bytes).map_err(|fault| fault.in_file(file))?,
         };
         if scene.name.is_empty() {
-            scene.name = Path::new(file)
-                .file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned();
+            scene.name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
         Ok(scene)
     }

@@ -22,24 +22,15 @@ impl HalfEdges {
     /// without a twin.
     pub fn of_input(mesh: &InputMesh) -> HalfEdges {
         let boundary = twins(mesh).iter().filter(|twin| twin.is_none()).count() as u64;
-        HalfEdges {
-            interior: mesh.corners.len() as u64,
-            boundary,
-        }
+        HalfEdges { interior: mesh.corners.len() as u64, boundary }
     }
 
     /// Half-edges of M^level. `self` counts those of the input mesh. The ternary step makes 9 of an interior one and
     /// 3 of a boundary one, each Catmull-Clark step 4 and 2.
     pub fn at_level(self, level: u32) -> HalfEdges {
         HalfEdges {
-            interior: self
-                .interior
-                .saturating_mul(9)
-                .saturating_mul(4u64.saturating_pow(level)),
-            boundary: self
-                .boundary
-                .saturating_mul(3)
-                .saturating_mul(2u64.saturating_pow(level)),
+            interior: self.interior.saturating_mul(9).saturating_mul(4u64.saturating_pow(level)),
+            boundary: self.boundary.saturating_mul(3).saturating_mul(2u64.saturating_pow(level)),
         }
     }
 
@@ -55,12 +46,7 @@ impl HalfEdges {
 
     /// The same for a colour edit, whose half-edge must lie in a face.
     pub fn refuse_colour(self, edit: &ColourEdit) -> Option<(String, String)> {
-        refuse(
-            edit.level,
-            edit.half_edge,
-            self.at_level(edit.level).interior,
-            "half-edges inside faces",
-        )
+        refuse(edit.level, edit.half_edge, self.at_level(edit.level).interior, "half-edges inside faces")
     }
 }
 
@@ -68,10 +54,7 @@ fn refuse(level: u32, half_edge: u64, end: u64, kind: &str) -> Option<(String, S
     (half_edge >= end).then(|| {
         (
             format!("half-edge {half_edge} does not exist at level {level}"),
-            format!(
-                "level {level} of this mesh has {end} {kind}, 0 to {}",
-                end.saturating_sub(1)
-            ),
+            format!("level {level} of this mesh has {end} {kind}, 0 to {}", end.saturating_sub(1)),
         )
     })
 }
@@ -92,19 +75,12 @@ pub fn ends(mesh: &InputMesh) -> Vec<(u32, u32)> {
 /// mesh that is no manifold (found out in `crate::mesh`) the first one counts.
 pub fn twins(mesh: &InputMesh) -> Vec<Option<u32>> {
     let ends = ends(mesh);
-    let mut by_ends: Vec<(u32, u32, u32)> = ends
-        .iter()
-        .enumerate()
-        .map(|(h, &(a, b))| (a, b, h as u32))
-        .collect();
+    let mut by_ends: Vec<(u32, u32, u32)> = ends.iter().enumerate().map(|(h, &(a, b))| (a, b, h as u32)).collect();
     by_ends.sort_unstable();
     ends.iter()
         .map(|&(a, b)| {
             let first = by_ends.partition_point(|&(x, y, _)| (x, y) < (b, a));
-            by_ends
-                .get(first)
-                .filter(|&&(x, y, _)| (x, y) == (b, a))
-                .map(|&(_, _, h)| h)
+            by_ends.get(first).filter(|&&(x, y, _)| (x, y) == (b, a)).map(|&(_, _, h)| h)
         })
         .collect()
 }
@@ -127,27 +103,9 @@ mod tests {
     fn two_quads_share_one_edge() {
         let mesh = shapes::builtin("strip:2").unwrap();
         let counts = HalfEdges::of_input(&mesh);
-        assert_eq!(
-            counts,
-            HalfEdges {
-                interior: 8,
-                boundary: 6
-            }
-        );
-        assert_eq!(
-            counts.at_level(0),
-            HalfEdges {
-                interior: 72,
-                boundary: 18
-            }
-        );
-        assert_eq!(
-            counts.at_level(3),
-            HalfEdges {
-                interior: 72 * 64,
-                boundary: 18 * 8
-            }
-        );
+        assert_eq!(counts, HalfEdges { interior: 8, boundary: 6 });
+        assert_eq!(counts.at_level(0), HalfEdges { interior: 72, boundary: 18 });
+        assert_eq!(counts.at_level(3), HalfEdges { interior: 72 * 64, boundary: 18 * 8 });
     }
 
     #[test]
@@ -166,18 +124,8 @@ mod tests {
 
     #[test]
     fn boundary_half_edge_only_in_a_sector_frame() {
-        let counts = HalfEdges {
-            interior: 4,
-            boundary: 4,
-        };
-        let mut edit = GeometryEdit {
-            level: 0,
-            half_edge: 40,
-            vertex: None,
-            a: 0.1,
-            b: 0.1,
-            frame: Frame::Sector,
-        };
+        let counts = HalfEdges { interior: 4, boundary: 4 };
+        let mut edit = GeometryEdit { level: 0, half_edge: 40, vertex: None, a: 0.1, b: 0.1, frame: Frame::Sector };
         assert_eq!(counts.refuse_geometry(&edit), None);
         edit.frame = Frame::Boundary;
         assert!(counts.refuse_geometry(&edit).unwrap().1.contains("0 to 35"));

@@ -24,12 +24,7 @@ pub const NAMES: &str = "triangle, quad, pentagon, hexagon, grid:WxH, fan:N, rin
 /// (what, fix) when the name is unknown, or a number is missing, too small or too large.
 pub fn builtin(name: &str) -> Result<InputMesh, (String, String)> {
     let (kind, size) = name.split_once(':').unwrap_or((name, ""));
-    let unknown = || {
-        (
-            format!("no built-in mesh is called {}", super::error::quoted(name)),
-            format!("use {NAMES}"),
-        )
-    };
+    let unknown = || (format!("no built-in mesh is called {}", super::error::quoted(name)), format!("use {NAMES}"));
     let mesh = match (kind, size) {
         ("triangle", "") => polygon(3, 0.25),
         ("quad", "") => polygon(4, 0.125),
@@ -63,10 +58,7 @@ pub fn builtin(name: &str) -> Result<InputMesh, (String, String)> {
 fn number(name: &str, text: &str, least: usize) -> Result<usize, (String, String)> {
     text.parse().ok().filter(|&n| n >= least).ok_or_else(|| {
         (
-            format!(
-                "{} is no size for a built-in mesh",
-                super::error::quoted(name)
-            ),
+            format!("{} is no size for a built-in mesh", super::error::quoted(name)),
             format!("give whole numbers from {least}, as in grid:3x2, fan:5, ring:8 or strip:4"),
         )
     })
@@ -77,19 +69,14 @@ fn within(name: &str, corners: usize) -> Result<(), (String, String)> {
         return Ok(());
     }
     Err((
-        format!(
-            "built-in mesh {} has too many faces",
-            super::error::quoted(name)
-        ),
+        format!("built-in mesh {} has too many faces", super::error::quoted(name)),
         format!("at most {MOST_CORNERS} face corners are allowed"),
     ))
 }
 
 /// One regular polygon with `n` sides on the unit circle; vertex 0 at the angle `turn` (in full turns).
 fn polygon(n: usize, turn: f64) -> InputMesh {
-    let positions = (0..n)
-        .map(|k| on_circle(k as f64 / n as f64 + turn, 1.0))
-        .collect();
+    let positions = (0..n).map(|k| on_circle(k as f64 / n as f64 + turn, 1.0)).collect();
     from_faces(positions, [(0..n as u32).collect::<Vec<_>>()])
 }
 
@@ -98,8 +85,7 @@ fn grid(w: usize, h: usize) -> InputMesh {
     let mut positions = Vec::with_capacity((w + 1) * (h + 1));
     for y in 0..=h {
         for x in 0..=w {
-            positions
-                .push(DVec2::new(x as f64 - 0.5 * w as f64, y as f64 - 0.5 * h as f64) * scale);
+            positions.push(DVec2::new(x as f64 - 0.5 * w as f64, y as f64 - 0.5 * h as f64) * scale);
         }
     }
     let row = w as u32 + 1;
@@ -119,35 +105,22 @@ fn fan(n: usize) -> InputMesh {
     let mut positions = vec![DVec2::ZERO];
     positions.extend((0..2 * n).map(|k| on_circle(k as f64 / (2 * n) as f64 + 0.25, 1.0)));
     let ring = |k: usize| 1 + (k % (2 * n)) as u32;
-    from_faces(
-        positions,
-        (0..n).map(|k| [0, ring(2 * k), ring(2 * k + 1), ring(2 * k + 2)]),
-    )
+    from_faces(positions, (0..n).map(|k| [0, ring(2 * k), ring(2 * k + 1), ring(2 * k + 2)]))
 }
 
 fn ring(n: usize) -> InputMesh {
     let circle = |radius| (0..n).map(move |k| on_circle(k as f64 / n as f64 + 0.25, radius));
     let positions = circle(0.5).chain(circle(1.0)).collect();
     let (inner, outer) = (|k: usize| (k % n) as u32, |k: usize| (n + k % n) as u32);
-    from_faces(
-        positions,
-        (0..n).map(|k| [inner(k), outer(k), outer(k + 1), inner(k + 1)]),
-    )
+    from_faces(positions, (0..n).map(|k| [inner(k), outer(k), outer(k + 1), inner(k + 1)]))
 }
 
 fn on_circle(turns: f64, radius: f64) -> DVec2 {
     DVec2::from_angle(turns * TAU) * radius
 }
 
-fn from_faces<F: AsRef<[u32]>>(
-    positions: Vec<DVec2>,
-    faces: impl IntoIterator<Item = F>,
-) -> InputMesh {
-    let mut mesh = InputMesh {
-        positions,
-        face_start: vec![0],
-        ..InputMesh::default()
-    };
+fn from_faces<F: AsRef<[u32]>>(positions: Vec<DVec2>, faces: impl IntoIterator<Item = F>) -> InputMesh {
+    let mut mesh = InputMesh { positions, face_start: vec![0], ..InputMesh::default() };
     for face in faces {
         mesh.corners.extend_from_slice(face.as_ref());
         mesh.face_start.push(mesh.corners.len() as u32);
@@ -161,10 +134,9 @@ mod tests {
 
     #[test]
     fn every_shape_is_counter_clockwise_and_uses_every_vertex() {
-        for name in [
-            "triangle", "quad", "pentagon", "hexagon", "grid:3x2", "fan:3", "fan:6", "ring:3",
-            "ring:8", "strip:4",
-        ] {
+        for name in
+            ["triangle", "quad", "pentagon", "hexagon", "grid:3x2", "fan:3", "fan:6", "ring:3", "ring:8", "strip:4"]
+        {
             let mesh = builtin(name).unwrap();
             let mut used = vec![false; mesh.positions.len()];
             for face in mesh.face_start.windows(2) {
@@ -180,26 +152,10 @@ mod tests {
 
     #[test]
     fn wrong_names_and_sizes_are_refused() {
-        for name in [
-            "",
-            "cube",
-            "fan",
-            "fan:2",
-            "fan:x",
-            "grid:3",
-            "grid:0x4",
-            "grid:-1x2",
-            "triangle:3",
-            "ring:1e9",
-        ] {
+        for name in ["", "cube", "fan", "fan:2", "fan:x", "grid:3", "grid:0x4", "grid:-1x2", "triangle:3", "ring:1e9"] {
             assert!(builtin(name).is_err(), "{name}");
         }
-        for name in [
-            "grid:99999999x99999999",
-            "grid:18446744073709551615x2",
-            "fan:99999999",
-            "strip:4000000",
-        ] {
+        for name in ["grid:99999999x99999999", "grid:18446744073709551615x2", "fan:99999999", "strip:4000000"] {
             assert!(builtin(name).unwrap_err().0.contains("too many"), "{name}");
         }
     }

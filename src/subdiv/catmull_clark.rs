@@ -310,7 +310,14 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
     SectorColours { corner, side }
 }
 
-fn connect(level: &Level, wanted: &[bool], points: &Points, sectors: &SectorColours, children: usize, next: &mut Level) {
+fn connect(
+    level: &Level,
+    wanted: &[bool],
+    points: &Points,
+    sectors: &SectorColours,
+    children: usize,
+    next: &mut Level,
+) {
     next.quads = children as u32;
     next.face.reserve_exact(children);
     next.inside.reserve_exact(children);
@@ -346,7 +353,12 @@ fn connect(level: &Level, wanted: &[bool], points: &Points, sectors: &SectorColo
             next.origin.extend_from_slice(&at);
             if sharp {
                 let c = sectors.corner[hi];
-                next.tint.extend_from_slice(&[if c == NONE { v } else { c }, sectors.side[hi], at[2], sectors.side[pi]]);
+                next.tint.extend_from_slice(&[
+                    if c == NONE { v } else { c },
+                    sectors.side[hi],
+                    at[2],
+                    sectors.side[pi],
+                ]);
                 next.sharp.extend_from_slice(&[level.sharp[hi], false, false, level.sharp[pi]]);
             } else {
                 next.tint.extend_from_slice(&at);

@@ -53,7 +53,8 @@ pub fn cosine(i: usize, n: usize) -> f64 {
         return (PI * i as f64 / n as f64).cos();
     }
     let table = TABLE.get_or_init(|| {
-        let row = |n: usize| (0..2 * TABLED).map(move |i| if 2 * i == n { 0.0 } else { (PI * i as f64 / n as f64).cos() });
+        let row =
+            |n: usize| (0..2 * TABLED).map(move |i| if 2 * i == n { 0.0 } else { (PI * i as f64 / n as f64).cos() });
         (1..=TABLED).flat_map(row).collect()
     });
     table[(n - 1) * 2 * TABLED + i % (2 * n)]
@@ -126,7 +127,8 @@ mod tests {
             fan.spoke.push(grid(ring[i].0, ring[i].1));
             fan.opposite.push(grid(diag[i].0, diag[i].1));
             fan.face.push(
-                (fan.centre + grid(ring[i].0, ring[i].1) + grid(diag[i].0, diag[i].1) + grid(ring[j].0, ring[j].1)) * 0.25,
+                (fan.centre + grid(ring[i].0, ring[i].1) + grid(diag[i].0, diag[i].1) + grid(ring[j].0, ring[j].1))
+                    * 0.25,
             );
         }
         fan

@@ -46,7 +46,12 @@ pub fn ternary(mesh: &HalfEdgeMesh, corners: CornerRule, handles: &[Handle], fac
     }
 }
 
-fn points(mesh: &HalfEdgeMesh, corners: CornerRule, handles: &[Handle], face_points: &[Handle]) -> (Vec<DVec2>, Vec<u8>) {
+fn points(
+    mesh: &HalfEdgeMesh,
+    corners: CornerRule,
+    handles: &[Handle],
+    face_points: &[Handle],
+) -> (Vec<DVec2>, Vec<u8>) {
     use vertex_bits::{BOUNDARY, CORNER, EXTRAORDINARY};
     let s = mesh.half_edges();
     let v = mesh.vertices() as usize;
@@ -88,7 +93,8 @@ fn points(mesh: &HalfEdgeMesh, corners: CornerRule, handles: &[Handle], face_poi
         let (a, b) = (mesh.face_start[f as usize], mesh.face_start[f as usize + 1]);
         let centre = (a..b).map(|h| at(mesh.origin[h as usize])).sum::<DVec2>() / f64::from(b - a);
         for h in a..b {
-            let (v0, v1, v2) = (at(mesh.origin[h as usize]), at(mesh.target(h)), at(mesh.origin[mesh.prev(h) as usize]));
+            let (v0, v1, v2) =
+                (at(mesh.origin[h as usize]), at(mesh.target(h)), at(mesh.origin[mesh.prev(h) as usize]));
             position.push((3.0 * v0 + v1 + v2 + 4.0 * centre) / 9.0);
             bits.push(0);
         }

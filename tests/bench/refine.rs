@@ -3,13 +3,13 @@
 //! `cargo bench --bench refine` measures; `-- --short` runs each part once or twice and only checks that the
 //! output makes sense. Times are medians of runs in one process; compare ratios, not milliseconds.
 
+use glam::{DVec2, DVec4};
 use gradtess::mesh;
 use gradtess::patch::build::build;
 use gradtess::patch::pack::pack;
 use gradtess::patch::points::Irregular;
 use gradtess::refine::{refine, Mode, Options, Rules};
 use gradtess::scene::{ColourEdit, InputMesh, Scene};
-use glam::{DVec2, DVec4};
 use std::path::Path;
 use std::time::Instant;
 
@@ -94,7 +94,11 @@ fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let models = root.join("../shared/models/paper");
     // Median CPU time of the authors' tool for the same job on a 2-core machine (its own timing table).
-    let theirs = [("cherry/cherry_editAtSubd5.obj", 13.415), ("bolling/bolling_Subd3.obj", 11.904), ("butterfly/butterfly_Subdi4.obj", 18.037)];
+    let theirs = [
+        ("cherry/cherry_editAtSubd5.obj", 13.415),
+        ("bolling/bolling_Subd3.obj", 11.904),
+        ("butterfly/butterfly_Subdi4.obj", 18.037),
+    ];
     for (name, ms) in theirs {
         match file(&models.join(name)) {
             Some(scene) => {

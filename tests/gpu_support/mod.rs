@@ -12,11 +12,7 @@ pub const KINDS: [Kind; 2] = [Kind::Bicubic, Kind::Gregory];
 /// validation layer had anything to say.
 pub fn with_gpu(test: impl FnOnce(&Gpu)) {
     let device = std::env::var("GRADTESS_DEVICE").ok();
-    let gpu = Gpu::new(&GpuOptions {
-        device,
-        validate: true,
-    })
-    .expect("a Vulkan device and the validation layer");
+    let gpu = Gpu::new(&GpuOptions { device, validate: true }).expect("a Vulkan device and the validation layer");
     let heard = gpu.canary(Canary::ZeroSizeBuffer).expect("a canary");
     assert!(!heard.is_empty(), "the validation layer does not listen");
     test(&gpu);
@@ -71,12 +67,7 @@ pub fn f32_exact(p: ControlPoint) -> ControlPoint {
 }
 
 /// The 16 or 20 points of a face over the rectangle (x, y) to (x + w, y + h), moved at random by `spread`.
-pub fn random_face(
-    kind: Kind,
-    random: &mut Random,
-    [x, y, w, h]: [f64; 4],
-    spread: f64,
-) -> Vec<ControlPoint> {
+pub fn random_face(kind: Kind, random: &mut Random, [x, y, w, h]: [f64; 4], spread: f64) -> Vec<ControlPoint> {
     let grid = |i: usize| (x + w * (i % 4) as f64 / 3.0, y + h * (i / 4) as f64 / 3.0);
     (0..kind.points())
         .map(|i| {
@@ -88,9 +79,7 @@ pub fn random_face(
 
 /// Half of a cubic by de Casteljau: the first (`second` false) or second, four points in the cubic's direction.
 pub fn half_of(cubic: [ControlPoint; 4], second: bool) -> [ControlPoint; 4] {
-    let mid = |a: ControlPoint, b: ControlPoint| -> ControlPoint {
-        std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
-    };
+    let mid = |a: ControlPoint, b: ControlPoint| -> ControlPoint { std::array::from_fn(|c| 0.5 * (a[c] + b[c])) };
     let [p0, p1, p2, p3] = cubic;
     let (a, b, c) = (mid(p0, p1), mid(p1, p2), mid(p2, p3));
     let (d, e) = (mid(a, b), mid(b, c));
@@ -113,11 +102,7 @@ impl Builder {
     /// Index of a point, which is rounded to f32 and shared with an equal one.
     pub fn point(&mut self, p: ControlPoint) -> u32 {
         let p = f32_exact(p);
-        let found = self
-            .table
-            .control
-            .iter()
-            .position(|q| q.map(f64::to_bits) == p.map(f64::to_bits));
+        let found = self.table.control.iter().position(|q| q.map(f64::to_bits) == p.map(f64::to_bits));
         found.unwrap_or_else(|| {
             self.table.control.push(p);
             self.table.control.len() - 1
@@ -126,32 +111,17 @@ impl Builder {
 
     /// Adds a whole patch as a range of its own, or to the last range when that is of the same sort.
     pub fn whole(&mut self, kind: Kind, level: u32, points: &[ControlPoint]) {
-        let indices: Vec<u32> = points[..kind.points()]
-            .iter()
-            .map(|&p| self.point(p))
-            .collect();
+        let indices: Vec<u32> = points[..kind.points()].iter().map(|&p| self.point(p)).collect();
         self.patch(kind, None, level, &indices);
     }
 
     /// Adds the parts of a transition face whose transition edges have been turned into standard position.
-    pub fn transition(
-        &mut self,
-        kind: Kind,
-        level: u32,
-        points: &[ControlPoint],
-        constellation: u8,
-    ) {
+    pub fn transition(&mut self, kind: Kind, level: u32, points: &[ControlPoint], constellation: u8) {
         for number in parts_of(constellation) {
             let part = &PARTS[number];
-            let mut indices: Vec<u32> = points[..kind.points()]
-                .iter()
-                .map(|&p| self.point(p))
-                .collect();
-            let corners: Vec<ControlPoint> = part
-                .corners
-                .iter()
-                .map(|&corner| corner_value(kind, points, corner))
-                .collect();
+            let mut indices: Vec<u32> = points[..kind.points()].iter().map(|&p| self.point(p)).collect();
+            let corners: Vec<ControlPoint> =
+                part.corners.iter().map(|&corner| corner_value(kind, points, corner)).collect();
             indices.extend(corners.iter().map(|&p| self.point(p)));
             let mut inner = [self.point([0.0; 8]); 4];
             let sides = if part.triangle { 3 } else { 4 };
@@ -171,16 +141,8 @@ impl Builder {
         let first = self.table.indices.len() as u32;
         self.table.indices.extend(indices);
         match self.table.ranges.last_mut() {
-            Some(range) if (range.kind, range.part, range.level) == (kind, part, level) => {
-                range.count += 1
-            }
-            _ => self.table.ranges.push(DrawRange {
-                kind,
-                part,
-                level,
-                first,
-                count: 1,
-            }),
+            Some(range) if (range.kind, range.part, range.level) == (kind, part, level) => range.count += 1,
+            _ => self.table.ranges.push(DrawRange { kind, part, level, first, count: 1 }),
         }
     }
 }
@@ -197,12 +159,7 @@ fn corner_value(kind: Kind, points: &[ControlPoint], corner: [u8; 2]) -> Control
     };
     match on_edge {
         Some(e) => half_of(eval::FACE_EDGES[e].map(|i| points[i]), false)[3],
-        None => eval::face(
-            kind,
-            points,
-            f64::from(corner[0]) / 2.0,
-            f64::from(corner[1]) / 2.0,
-        ),
+        None => eval::face(kind, points, f64::from(corner[0]) / 2.0, f64::from(corner[1]) / 2.0),
     }
 }
 
@@ -244,25 +201,18 @@ pub fn side_values(points: &[EvaluatedPoint], side: usize) -> Vec<[u32; 8]> {
         if distance < 1e-3 {
             let k = (along * level).round() as usize;
             let bits = point.value.map(f32::to_bits);
-            assert!(
-                found[k].is_none_or(|other| other == bits),
-                "two values for one vertex of side {side}"
-            );
+            assert!(found[k].is_none_or(|other| other == bits), "two values for one vertex of side {side}");
             found[k] = Some(bits);
         }
     }
     found
         .into_iter()
         .enumerate()
-        .map(|(k, bits)| {
-            bits.unwrap_or_else(|| panic!("vertex {k} of {level} is missing on side {side}"))
-        })
+        .map(|(k, bits)| bits.unwrap_or_else(|| panic!("vertex {k} of {level} is missing on side {side}")))
         .collect()
 }
 
 /// Splits evaluated points, sorted as they come, by patch.
 pub fn by_patch(points: &[EvaluatedPoint]) -> Vec<&[EvaluatedPoint]> {
-    points
-        .chunk_by(|a, b| (a.range, a.patch) == (b.range, b.patch))
-        .collect()
+    points.chunk_by(|a, b| (a.range, a.patch) == (b.range, b.patch)).collect()
 }

@@ -17,7 +17,8 @@ pub fn documents() -> Vec<Vec<u8>> {
                { "level": 1, "half_edge": 3, "a": 0.2, "b": -1.5e-3, "frame": "boundary" }],
   "colour": [{ "level": 2, "half_edge": 144, "colour": [1, 0.5, 0.25] }]
 }"#;
-    let builtin = r#"{ "gradtess": 1, "builtin": "triangle", "vertex_colours": [[0.1, 0.2, 0.3], [1, 0, 0], [0, 1, 0, 0.5]] }"#;
+    let builtin =
+        r#"{ "gradtess": 1, "builtin": "triangle", "vertex_colours": [[0.1, 0.2, 0.3], [1, 0, 0], [0, 1, 0, 0.5]] }"#;
     vec![model.into(), json.into(), builtin.into()]
 }
 
@@ -110,14 +111,8 @@ pub fn spoil(original: &[u8], others: &[Vec<u8>], random: &mut Random) -> Vec<u8
 /// Replaces the number or word around `at`, which reaches deeper than a random byte does.
 fn replace_token(bytes: &mut Vec<u8>, at: usize, piece: &str) {
     let inside = |byte: &u8| byte.is_ascii_alphanumeric() || b"+-._".contains(byte);
-    let start = bytes[..at]
-        .iter()
-        .rposition(|b| !inside(b))
-        .map_or(0, |p| p + 1);
-    let end = bytes[at..]
-        .iter()
-        .position(|b| !inside(b))
-        .map_or(bytes.len(), |p| at + p);
+    let start = bytes[..at].iter().rposition(|b| !inside(b)).map_or(0, |p| p + 1);
+    let end = bytes[at..].iter().position(|b| !inside(b)).map_or(bytes.len(), |p| at + p);
     bytes.splice(start..end, piece.bytes());
 }
 
@@ -125,24 +120,9 @@ fn replace_token(bytes: &mut Vec<u8>, at: usize, piece: &str) {
 pub fn assert_clear(error: &SceneError, document: &[u8]) {
     let text = error.to_string();
     let shown = String::from_utf8_lossy(document);
-    let SceneError::Content {
-        line,
-        column,
-        what,
-        fix,
-        ..
-    } = error
-    else {
-        panic!("{text}\n{shown}")
-    };
-    assert!(
-        !text.contains(['\n', '\r']) && text.len() < 900,
-        "{text}\n{shown}"
-    );
+    let SceneError::Content { line, column, what, fix, .. } = error else { panic!("{text}\n{shown}") };
+    assert!(!text.contains(['\n', '\r']) && text.len() < 900, "{text}\n{shown}");
     assert!(!what.is_empty() && !fix.is_empty(), "{text}\n{shown}");
     let lines = document.iter().filter(|&&b| b == b'\n').count() + 1;
-    assert!(
-        *line >= 1 && *line <= lines && *column >= 1 && *column <= document.len() + 2,
-        "{text}\n{shown}"
-    );
+    assert!(*line >= 1 && *line <= lines && *column >= 1 && *column <= document.len() + 2, "{text}\n{shown}");
 }

@@ -2,7 +2,7 @@
 
 use crate::scene::error::{quoted, Fault};
 use crate::scene::numbering::{HalfEdges, FINEST_LEVEL};
-use crate::scene::{ColourEdit, CornerRule, Frame, GeometryEdit, InputMesh, Scene};
+use crate::scene::{ColourEdit, CornerRule, EditLines, Frame, GeometryEdit, InputMesh, Scene};
 use glam::{DVec2, DVec4};
 use std::collections::HashMap;
 
@@ -13,10 +13,7 @@ pub(in crate::scene) fn read(bytes: &[u8]) -> Result<Scene, Fault> {
     let mut model = Model::default();
     let mut surface = None;
     for (index, line) in text.lines().enumerate() {
-        let line = Line {
-            text: line,
-            number: index + 1,
-        };
+        let line = Line { text: line, number: index + 1 };
         let mut fields = line.fields();
         match fields.next().map(|field| field.text) {
             Some("v") => model.vertex(&line)?,
@@ -30,10 +27,7 @@ pub(in crate::scene) fn read(bytes: &[u8]) -> Result<Scene, Fault> {
             _ => {}
         }
     }
-    if let (Some(line), true) = (
-        surface,
-        model.geometry.is_empty() && model.colours.is_empty(),
-    ) {
+    if let (Some(line), true) = (surface, model.geometry.is_empty() && model.colours.is_empty()) {
         return Err(Fault::new(
             (line, 1),
             "this is an OBJ surface, and technique surface is not available",
@@ -61,10 +55,7 @@ impl<'a> Line<'a> {
     fn fields(&self) -> impl Iterator<Item = Field<'a>> {
         let line = self.text;
         line.split_ascii_whitespace()
-            .map(move |text| Field {
-                text,
-                start: text.as_ptr() as usize - line.as_ptr() as usize,
-            })
+            .map(move |text| Field { text, start: text.as_ptr() as usize - line.as_ptr() as usize })
             .take_while(|field| !field.text.starts_with('#'))
     }
 
@@ -73,24 +64,13 @@ impl<'a> Line<'a> {
     }
 
     /// The fields after the first token, each with the name it has in messages.
-    fn named<const N: usize>(
-        &self,
-        form: &str,
-        names: [&'static str; N],
-    ) -> Result<[Named<'a>; N], Fault> {
+    fn named<const N: usize>(&self, form: &str, names: [&'static str; N]) -> Result<[Named<'a>; N], Fault> {
         let mut fields = self.fields().skip(1);
-        let mut named = [Named {
-            name: "",
-            field: Field { text: "", start: 0 },
-        }; N];
+        let mut named = [Named { name: "", field: Field { text: "", start: 0 } }; N];
         for (slot, name) in named.iter_mut().zip(names) {
             let field = fields.next().ok_or_else(|| {
                 let place = self.place(self.text.trim_end().len());
-                Fault::new(
-                    place,
-                    format!("{name} is missing"),
-                    format!("write `{form}`"),
-                )
+                Fault::new(place, format!("{name} is missing"), format!("write `{form}`"))
             })?;
             *slot = Named { name, field };
         }
@@ -103,10 +83,7 @@ impl<'a> Line<'a> {
             Ok(value) if value.is_finite() => Ok(f64::from(value)),
             Ok(_) => Err(Fault::new(
                 self.place(field.start),
-                format!(
-                    "{name} {} is not a finite single-precision number",
-                    quoted(field.text)
-                ),
+                format!("{name} {} is not a finite single-precision number", quoted(field.text)),
                 "give a number below 3.4e38",
             )),
             Err(_) => Err(Fault::new(
@@ -159,9 +136,7 @@ struct Model {
 impl Model {
     fn vertex(&mut self, line: &Line) -> Result<(), Fault> {
         let [x, y] = line.named("v X Y", ["x", "y"])?;
-        self.mesh
-            .positions
-            .push(DVec2::new(line.real(x)?, line.real(y)?));
+        self.mesh.positions.push(DVec2::new(line.real(x)?, line.real(y)?));
         Ok(())
     }
 
@@ -169,38 +144,25 @@ impl Model {
         let before = self.mesh.corners.len();
         for field in line.fields().skip(1) {
             let number = field.text.split('/').next().unwrap_or_default();
-            let vertex = number
-                .parse::<u32>()
-                .ok()
-                .and_then(|n| n.checked_sub(1))
-                .ok_or_else(|| {
-                    Fault::new(
-                        line.place(field.start),
-                        format!("{} is not a vertex number", quoted(field.text)),
-                        "vertices count from 1 in the order of the `v` lines",
-                    )
-                })?;
+            let vertex = number.parse::<u32>().ok().and_then(|n| n.checked_sub(1)).ok_or_else(|| {
+                Fault::new(
+                    line.place(field.start),
+                    format!("{} is not a vertex number", quoted(field.text)),
+                    "vertices count from 1 in the order of the `v` lines",
+                )
+            })?;
             self.mesh.corners.push(vertex);
         }
         let corners = self.mesh.corners.len() - before;
         if corners < 3 {
             let what = format!("a face has at least three corners, this one has {corners}");
-            return Err(Fault::new(
-                line.place(0),
-                what,
-                "write `f V1 V2 V3 ...` or remove the line",
-            ));
+            return Err(Fault::new(line.place(0), what, "write `f V1 V2 V3 ...` or remove the line"));
         }
         if self.mesh.face_start.is_empty() {
             self.mesh.face_start.push(0);
         }
-        let end = u32::try_from(self.mesh.corners.len()).map_err(|_| {
-            Fault::new(
-                line.place(0),
-                "the mesh has too many face corners",
-                "split the model",
-            )
-        })?;
+        let end = u32::try_from(self.mesh.corners.len())
+            .map_err(|_| Fault::new(line.place(0), "the mesh has too many face corners", "split the model"))?;
         self.mesh.face_start.push(end);
         self.mesh.face_line.push(line.number as u32);
         Ok(())
@@ -209,14 +171,7 @@ impl Model {
     fn geometry_edit(&mut self, line: &Line) -> Result<(), Fault> {
         let [level, vertex, half_edge, a, b, boundary] = line.named(
             "ve LEVEL VERTEX HALFEDGE A B BOUNDARY",
-            [
-                "the level",
-                "the vertex",
-                "the half-edge",
-                "a",
-                "b",
-                "the boundary flag",
-            ],
+            ["the level", "the vertex", "the half-edge", "a", "b", "the boundary flag"],
         )?;
         let frame = match boundary.field.text {
             "0" => Frame::Sector,
@@ -237,11 +192,7 @@ impl Model {
             frame,
         };
         let next = self.geometry.len();
-        match *self
-            .geometry_by_key
-            .entry((edit.level, vertex))
-            .or_insert(next)
-        {
+        match *self.geometry_by_key.entry((edit.level, vertex)).or_insert(next) {
             index if index < next => self.geometry[index] = (edit, line.number),
             _ => self.geometry.push((edit, line.number)),
         }
@@ -249,21 +200,15 @@ impl Model {
     }
 
     fn colour_edit(&mut self, line: &Line) -> Result<(), Fault> {
-        let [level, half_edge, r, g, b] = line.named(
-            "ce LEVEL HALFEDGE R G B",
-            ["the level", "the half-edge", "red", "green", "blue"],
-        )?;
+        let [level, half_edge, r, g, b] =
+            line.named("ce LEVEL HALFEDGE R G B", ["the level", "the half-edge", "red", "green", "blue"])?;
         let edit = ColourEdit {
             level: line.level(level)?,
             half_edge: line.whole(half_edge)?,
             colour: DVec4::new(line.real(r)?, line.real(g)?, line.real(b)?, 1.0),
         };
         let next = self.colours.len();
-        match *self
-            .colour_by_key
-            .entry((edit.level, edit.half_edge))
-            .or_insert(next)
-        {
+        match *self.colour_by_key.entry((edit.level, edit.half_edge)).or_insert(next) {
             index if index < next => self.colours[index] = (edit, line.number),
             _ => self.colours.push((edit, line.number)),
         }
@@ -274,29 +219,15 @@ impl Model {
     fn finish(self, text: &str) -> Result<Scene, Fault> {
         let mesh = self.mesh;
         if mesh.face_line.is_empty() {
-            return Err(Fault::new(
-                (1, 1),
-                "the file has no face",
-                "give `v X Y` and `f V1 V2 V3 ...` lines",
-            ));
+            return Err(Fault::new((1, 1), "the file has no face", "give `v X Y` and `f V1 V2 V3 ...` lines"));
         }
         let vertices = mesh.positions.len();
         if let Some(corner) = mesh.corners.iter().position(|&v| v as usize >= vertices) {
-            let face = mesh
-                .face_start
-                .partition_point(|&start| start as usize <= corner)
-                - 1;
+            let face = mesh.face_start.partition_point(|&start| start as usize <= corner) - 1;
             let field = 1 + corner - mesh.face_start[face] as usize;
-            let what = format!(
-                "vertex {} does not exist",
-                u64::from(mesh.corners[corner]) + 1
-            );
+            let what = format!("vertex {} does not exist", u64::from(mesh.corners[corner]) + 1);
             let fix = format!("there are {vertices} `v` lines, and numbers count from 1");
-            return Err(Fault::new(
-                field_place(text, mesh.face_line[face] as usize, field),
-                what,
-                fix,
-            ));
+            return Err(Fault::new(field_place(text, mesh.face_line[face] as usize, field), what, fix));
         }
         let input = HalfEdges::of_input(&mesh);
         for (edit, line) in &self.geometry {
@@ -309,8 +240,13 @@ impl Model {
                 return Err(Fault::new(field_place(text, *line, 2), what, fix));
             }
         }
+        let edit_lines = EditLines {
+            geometry: self.geometry.iter().map(|(_, line)| *line as u32).collect(),
+            colours: self.colours.iter().map(|(_, line)| *line as u32).collect(),
+        };
         Ok(Scene {
             mesh,
+            edit_lines,
             corners: CornerRule::Sharp,
             geometry: self.geometry.into_iter().map(|(edit, _)| edit).collect(),
             colours: self.colours.into_iter().map(|(edit, _)| edit).collect(),
@@ -321,10 +257,7 @@ impl Model {
 
 /// Place of field `index` (0 is the first token) of line `number`.
 fn field_place(text: &str, number: usize, index: usize) -> (usize, usize) {
-    let line = Line {
-        text: text.lines().nth(number - 1).unwrap_or_default(),
-        number,
-    };
+    let line = Line { text: text.lines().nth(number - 1).unwrap_or_default(), number };
     let start = line.fields().nth(index).map_or(0, |field| field.start);
     line.place(start)
 }
@@ -355,9 +288,7 @@ mod tests {
 
     #[test]
     fn later_edit_of_the_same_key_replaces_the_earlier() {
-        let scene =
-            with("ve 0 5 4 1 1 0\nve 1 5 4 2 2 0\nve 0 5 6 3 3 0\nce 0 9 1 0 0\nce 0 9 0 1 0\n")
-                .unwrap();
+        let scene = with("ve 0 5 4 1 1 0\nve 1 5 4 2 2 0\nve 0 5 6 3 3 0\nce 0 9 1 0 0\nce 0 9 0 1 0\n").unwrap();
         assert_eq!(scene.geometry.len(), 2);
         assert_eq!((scene.geometry[0].half_edge, scene.geometry[0].a), (6, 3.0));
         assert_eq!(scene.colours.len(), 1);
@@ -379,21 +310,9 @@ mod tests {
             ("ve 0 0 -1 1 1 0", (7, 8), "not a whole number"),
             ("ve 0 0 0 1 1 2", (7, 14), "boundary flag"),
             ("ve 0 0 0 1 1", (7, 13), "the boundary flag is missing"),
-            (
-                "ve 0 0 48 1 1 0",
-                (7, 8),
-                "half-edge 48 does not exist at level 0",
-            ),
-            (
-                "ve 0 0 36 1 1 1",
-                (7, 8),
-                "half-edge 36 does not exist at level 0",
-            ),
-            (
-                "ce 1 144 1 1 1",
-                (7, 6),
-                "half-edge 144 does not exist at level 1",
-            ),
+            ("ve 0 0 48 1 1 0", (7, 8), "half-edge 48 does not exist at level 0"),
+            ("ve 0 0 36 1 1 1", (7, 8), "half-edge 36 does not exist at level 0"),
+            ("ce 1 144 1 1 1", (7, 6), "half-edge 144 does not exist at level 1"),
             ("ce 0 0 1 1", (7, 11), "blue is missing"),
         ];
         for (line, place, what) in cases {
@@ -407,12 +326,7 @@ mod tests {
     #[test]
     fn surfaces_are_told_apart() {
         for tag in ["fs 0 1 0 1", "as 1", "vn 0 0 1", "t crease 1/1/0 1 2 3"] {
-            assert!(
-                fault(tag)
-                    .what
-                    .contains("technique surface is not available"),
-                "{tag}"
-            );
+            assert!(fault(tag).what.contains("technique surface is not available"), "{tag}");
         }
         assert!(with("vn 0 0 1\nce 0 0 1 1 1").is_ok());
         assert!(with("t cloth").is_ok());

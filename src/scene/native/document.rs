@@ -91,17 +91,11 @@ impl<'de> Deserialize<'de> for Colour {
                 f.write_str("a colour [red, green, blue] or [red, green, blue, alpha]")
             }
 
-            fn visit_seq<A: serde::de::SeqAccess<'de>>(
-                self,
-                mut numbers: A,
-            ) -> Result<Colour, A::Error> {
+            fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut numbers: A) -> Result<Colour, A::Error> {
                 let mut colour = [0.0, 0.0, 0.0, 1.0];
                 let mut count = 0;
                 while let Some(number) = numbers.next_element()? {
-                    *colour
-                        .get_mut(count)
-                        .ok_or_else(|| serde::de::Error::invalid_length(count + 1, &self))? =
-                        number;
+                    *colour.get_mut(count).ok_or_else(|| serde::de::Error::invalid_length(count + 1, &self))? = number;
                     count += 1;
                 }
                 if count < 3 {
@@ -123,9 +117,7 @@ pub(super) fn parse(text: &str) -> Result<Document, Fault> {
         }
         let message = error.to_string();
         // The place is reported in front, so the parser's own wording of it goes.
-        let what = message
-            .rsplit_once(" at line ")
-            .map_or(message.as_str(), |(what, _)| what);
+        let what = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
         let what = match what.char_indices().nth(300) {
             Some((cut, _)) => format!("{}...", &what[..cut]),
             None => what.to_owned(),
@@ -149,32 +141,17 @@ fn foreign(text: &str) -> Option<Fault> {
         technique: Option<serde_json::Value>,
     }
     let head: Head = serde_json::from_str(text).ok()?;
-    head_fault(
-        text,
-        head.gradtess.as_ref()?,
-        head.technique.as_ref().and_then(|name| name.as_str()),
-    )
+    head_fault(text, head.gradtess.as_ref()?, head.technique.as_ref().and_then(|name| name.as_str()))
 }
 
 /// A fault when `version` or `technique` is none of ours.
-pub(super) fn head_fault(
-    text: &str,
-    version: &serde_json::Value,
-    technique: Option<&str>,
-) -> Option<Fault> {
+pub(super) fn head_fault(text: &str, version: &serde_json::Value, technique: Option<&str>) -> Option<Fault> {
     if version.as_u64() != Some(VERSION) {
-        let what = format!(
-            "scene format version {} is not supported",
-            quoted(&version.to_string())
-        );
+        let what = format!("scene format version {} is not supported", quoted(&version.to_string()));
         let fix = format!("this program reads version {VERSION}: `\"gradtess\": {VERSION}`");
         return Some(Fault::new(place(text, &[Key("gradtess")]), what, fix));
     }
     let technique = technique.filter(|&name| name != "subdivision")?;
     let what = format!("technique {} is not available", quoted(technique));
-    Some(Fault::new(
-        place(text, &[Key("technique")]),
-        what,
-        "use \"subdivision\"",
-    ))
+    Some(Fault::new(place(text, &[Key("technique")]), what, "use \"subdivision\""))
 }

@@ -17,38 +17,19 @@ pub fn write(scene: &Scene) -> String {
     if scene.corners == CornerRule::Smooth {
         members.push(member("corners", text("smooth")));
     }
-    members.push(list(
-        "vertices",
-        scene.mesh.positions.iter().map(|&p| point(p)),
-    ));
+    members.push(list("vertices", scene.mesh.positions.iter().map(|&p| point(p))));
     let faces = scene.mesh.face_start.windows(2);
-    members.push(list(
-        "faces",
-        faces.map(|f| numbers(&scene.mesh.corners[f[0] as usize..f[1] as usize])),
-    ));
+    members.push(list("faces", faces.map(|f| numbers(&scene.mesh.corners[f[0] as usize..f[1] as usize]))));
     let optional = [
-        list(
-            "corner_colours",
-            scene.corner_colours.iter().map(|&c| colour(c)),
-        ),
-        if scene.sharp.is_empty() {
-            String::new()
-        } else {
-            member("sharp", numbers(&scene.sharp))
-        },
+        list("corner_colours", scene.corner_colours.iter().map(|&c| colour(c))),
+        if scene.sharp.is_empty() { String::new() } else { member("sharp", numbers(&scene.sharp)) },
         list("handles", scene.handles.iter().map(handle)),
         list("face_points", scene.face_points.iter().map(handle)),
         list(
             "geometry",
             scene.geometry.iter().map(|edit| {
-                let vertex = edit
-                    .vertex
-                    .map_or(String::new(), |vertex| format!(", \"vertex\": {vertex}"));
-                let frame = if edit.frame == Frame::Boundary {
-                    ", \"frame\": \"boundary\""
-                } else {
-                    ""
-                };
+                let vertex = edit.vertex.map_or(String::new(), |vertex| format!(", \"vertex\": {vertex}"));
+                let frame = if edit.frame == Frame::Boundary { ", \"frame\": \"boundary\"" } else { "" };
                 format!(
                     "{{ \"level\": {}, \"half_edge\": {}{vertex}, \"a\": {}, \"b\": {}{frame} }}",
                     edit.level,
@@ -62,9 +43,7 @@ pub fn write(scene: &Scene) -> String {
             "colour",
             scene.colours.iter().map(|edit| {
                 let (level, half_edge, colour) = (edit.level, edit.half_edge, colour(edit.colour));
-                format!(
-                    "{{ \"level\": {level}, \"half_edge\": {half_edge}, \"colour\": {colour} }}"
-                )
+                format!("{{ \"level\": {level}, \"half_edge\": {half_edge}, \"colour\": {colour} }}")
             }),
         ),
     ];
@@ -107,20 +86,12 @@ fn point(p: DVec2) -> String {
 }
 
 fn colour(c: DVec4) -> String {
-    let alpha = if c.w == 1.0 {
-        String::new()
-    } else {
-        format!(", {}", real(c.w))
-    };
+    let alpha = if c.w == 1.0 { String::new() } else { format!(", {}", real(c.w)) };
     format!("[{}, {}, {}{alpha}]", real(c.x), real(c.y), real(c.z))
 }
 
 fn handle(handle: &Handle) -> String {
-    format!(
-        "{{ \"half_edge\": {}, \"at\": {} }}",
-        handle.half_edge,
-        point(handle.at)
-    )
+    format!("{{ \"half_edge\": {}, \"at\": {} }}", handle.half_edge, point(handle.at))
 }
 
 #[cfg(test)]
@@ -130,20 +101,7 @@ mod tests {
 
     #[test]
     fn reals_read_back_bit_for_bit() {
-        for value in [
-            0.0,
-            -0.0,
-            1.0,
-            -3.0,
-            0.1,
-            1e300,
-            -2.5e-310,
-            1e15,
-            1e16,
-            f64::MAX,
-            f64::MIN_POSITIVE,
-            1.0 / 3.0,
-        ] {
+        for value in [0.0, -0.0, 1.0, -3.0, 0.1, 1e300, -2.5e-310, 1e15, 1e16, f64::MAX, f64::MIN_POSITIVE, 1.0 / 3.0] {
             let back: f64 = serde_json::from_str(&real(value)).unwrap();
             assert_eq!(back.to_bits(), value.to_bits(), "{value}");
         }
@@ -151,19 +109,9 @@ mod tests {
 
     #[test]
     fn a_plain_scene_is_short() {
-        let scene = Scene {
-            name: "a \"b\"".into(),
-            mesh: shapes::builtin("triangle").unwrap(),
-            ..Scene::default()
-        };
+        let scene = Scene { name: "a \"b\"".into(), mesh: shapes::builtin("triangle").unwrap(), ..Scene::default() };
         let text = write(&scene);
-        assert!(
-            text.contains("\"a \\\"b\\\"\"") && text.contains("[0, 1, 2]"),
-            "{text}"
-        );
-        assert!(
-            !text.contains("corner_colours") && !text.contains("sharp\""),
-            "{text}"
-        );
+        assert!(text.contains("\"a \\\"b\\\"\"") && text.contains("[0, 1, 2]"), "{text}");
+        assert!(!text.contains("corner_colours") && !text.contains("sharp\""), "{text}");
     }
 }

@@ -1,0 +1,4 @@
+//! How wrong a picture is, in numbers.
+
+pub mod cracks;
+pub mod exact;

@@ -1,0 +1,154 @@
+//! From a file name to refined levels and patches, with errors that name file and line.
+
+use super::{Failure, Global, ModeFlag, PatchesFlag, Refining, RulesFlag};
+use crate::mesh::{self, HalfEdgeMesh, MeshError};
+use crate::patch::build::build;
+use crate::patch::points::Irregular;
+use crate::patch::PatchTable;
+use crate::refine::edits::EditError;
+use crate::refine::{refine, Mode, Options, RefineError, Refinement, Rules};
+use crate::scene::{Scene, SceneError};
+use std::time::Instant;
+
+/// A scene whose polygons are a manifold.
+pub struct Loaded {
+    /// As the user named it.
+    pub file: String,
+    /// The scene.
+    pub scene: Scene,
+    /// Its mesh.
+    pub mesh: HalfEdgeMesh,
+}
+
+/// What refinement and patch building made of a scene, and how long that took.
+pub struct Patched {
+    /// Levels.
+    pub refinement: Refinement,
+    /// Patches.
+    pub table: PatchTable,
+    /// Wall time of refinement, ms.
+    pub refine_ms: f64,
+    /// Wall time of the patch table, ms.
+    pub patch_ms: f64,
+}
+
+/// Reads a scene and builds its half-edges.
+pub fn load(file: &str, global: &Global) -> Result<Loaded, Failure> {
+    let scene = Scene::load(file)?;
+    let mesh = mesh::build(&scene.mesh).map_err(|e| mesh_failure(file, &scene, &e))?;
+    for note in mesh::shape_notes(&mesh) {
+        global.warn(format_args!("{file}: {note}"));
+    }
+    Ok(Loaded { file: file.to_owned(), scene, mesh })
+}
+
+fn mesh_failure(file: &str, scene: &Scene, e: &MeshError) -> Failure {
+    let line = e.face().and_then(|f| scene.mesh.face_line.get(f as usize)).copied().unwrap_or(1);
+    let text = e.to_string();
+    let (what, fix) = text.split_once("; ").unwrap_or((&text, "correct the polygons"));
+    SceneError::content(file, line as usize, 1, what, fix).into()
+}
+
+fn refine_failure(loaded: &Loaded, e: &RefineError) -> Failure {
+    let lines = &loaded.scene.edit_lines;
+    let (list, index) = match e {
+        RefineError::Edit(EditError::NoSuchHalfEdge { what, index, .. } | EditError::TooDeep { what, index, .. }) => {
+            (if *what == "colour" { &lines.colours } else { &lines.geometry }, *index)
+        }
+        RefineError::Edit(EditError::NotOnBoundary { index, .. }) => (&lines.geometry, *index),
+        RefineError::Edit(EditError::NotAColourVertex { index, .. }) => (&lines.colours, *index),
+        RefineError::TooLarge { .. } => return Failure::input(e),
+    };
+    let line = list.get(index).copied().unwrap_or(1);
+    let text = e.to_string();
+    let (what, fix) = text.split_once("; ").unwrap_or((&text, "correct the edit"));
+    SceneError::content(&loaded.file, line as usize, 1, what, fix).into()
+}
+
+/// Rule set of a flag.
+pub fn rules(flag: RulesFlag) -> Rules {
+    match flag {
+        RulesFlag::Authors => Rules::Authors,
+        RulesFlag::Gradtess => Rules::Gradtess,
+    }
+}
+
+impl Loaded {
+    /// Refines by explicit options.
+    pub fn refine(&self, options: Options) -> Result<Refinement, Failure> {
+        refine(&self.scene, &self.mesh, options).map_err(|e| refine_failure(self, &e))
+    }
+
+    /// Deepest edit level, at least 1 where M^0 has faces that no patch draws.
+    pub fn global_level(&self) -> u32 {
+        let edits = self.scene.geometry.iter().map(|e| e.level).chain(self.scene.colours.iter().map(|e| e.level));
+        edits.max().unwrap_or(0).max(u32::from(self.has_polygons()))
+    }
+
+    fn has_polygons(&self) -> bool {
+        (0..self.mesh.faces()).any(|f| self.mesh.valence(f) != 4)
+    }
+
+    /// Refinement options of the flags.
+    pub fn options(&self, flags: &Refining) -> Result<Options, Failure> {
+        let mode = match flags.mode {
+            ModeFlag::Adaptive if flags.level.is_some() => {
+                return Err(Failure::input(
+                    "--level goes with --mode global; adaptive refinement ends where the edits do",
+                ))
+            }
+            ModeFlag::Adaptive => Mode::Adaptive { isolate: flags.isolate },
+            ModeFlag::Global => {
+                let level = flags.level.unwrap_or_else(|| self.global_level());
+                if level == 0 && self.has_polygons() {
+                    return Err(Failure::input(
+                        "level 0 has faces that are no quads, which no patch draws; use --level 1 or more",
+                    ));
+                }
+                Mode::Global(level)
+            }
+        };
+        if flags.isolate > 0 && (flags.rules == RulesFlag::Authors || flags.mode == ModeFlag::Global) {
+            return Err(Failure::input("--isolate goes with --rules gradtess and --mode adaptive"));
+        }
+        if flags.isolate > crate::refine::edits::MAX_LEVEL {
+            return Err(Failure::input(format_args!(
+                "--isolate {} is too deep; at most {}",
+                flags.isolate,
+                crate::refine::edits::MAX_LEVEL
+            )));
+        }
+        Ok(Options { rules: rules(flags.rules), mode })
+    }
+
+    /// Refines and builds patches as the flags say.
+    pub fn patches(&self, flags: &Refining) -> Result<Patched, Failure> {
+        let options = self.options(flags)?;
+        let start = Instant::now();
+        let refinement = self.refine(options)?;
+        let refined = Instant::now();
+        let irregular = match flags.patches {
+            PatchesFlag::Gregory => Irregular::Gregory,
+            PatchesFlag::Bicubic => Irregular::Bicubic,
+        };
+        let table = build(&refinement, irregular);
+        let built = Instant::now();
+        Ok(Patched {
+            refinement,
+            table,
+            refine_ms: (refined - start).as_secs_f64() * 1e3,
+            patch_ms: (built - refined).as_secs_f64() * 1e3,
+        })
+    }
+}
+
+impl Loaded {
+    /// Whether all edits fit the mesh.
+    pub fn refine_check(&self) -> Result<(), Failure> {
+        let map = crate::subdiv::index_map::IndexMap::new(&self.mesh);
+        match crate::refine::edits::resolve(&self.scene, &map) {
+            Ok(_) => Ok(()),
+            Err(e) => Err(refine_failure(self, &e.into())),
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Flags that say what picture to draw.
+
+use super::Failure;
+use crate::gpu::TessRule;
+use crate::patch::eval::{side_points, sides};
+use crate::patch::PatchTable;
+use clap::Args;
+
+/// Tessellation, by one of three rules.
+#[derive(Args, Clone, Debug)]
+#[group(multiple = false)]
+pub struct Tess {
+    /// Tessellation level of every patch, 1 to 64 [default: 16]
+    #[arg(long = "tess", value_name = "T")]
+    fixed: Option<f32>,
+    /// Tessellation level T / 2^l of the patches of level l
+    #[arg(long = "tess-base", value_name = "T")]
+    base: Option<f32>,
+    /// As many segments as make an edge's pieces P pixels long
+    #[arg(long = "pixels", value_name = "P")]
+    pixels: Option<f32>,
+}
+
+impl Tess {
+    /// The rule asked for.
+    pub fn rule(&self) -> TessRule {
+        match (self.fixed, self.base, self.pixels) {
+            (Some(t), _, _) => TessRule::Fixed(t),
+            (_, Some(t), _) => TessRule::Base(t),
+            (_, _, Some(p)) => TessRule::Pixels(p),
+            _ => TessRule::Fixed(16.0),
+        }
+    }
+}
+
+/// Parses `WxH`.
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    let wrong = || "give a width and a height in pixels, such as 1024x768".to_string();
+    let (w, h) = text.split_once('x').ok_or_else(wrong)?;
+    let [w, h]: [u32; 2] = [w.parse().map_err(|_| wrong())?, h.parse().map_err(|_| wrong())?];
+    match (1..=65536).contains(&w) && (1..=65536).contains(&h) {
+        true => Ok([w, h]),
+        false => Err("width and height go from 1 to 65536".to_string()),
+    }
+}
+
+/// Parses `X0,Y0,X1,Y1`.
+pub fn view(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Vec<f64> = text.split(',').map_while(|t| t.trim().parse().ok()).collect();
+    match <[f64; 4]>::try_from(numbers) {
+        Ok(v) if v.iter().all(|x| x.is_finite()) && v[2] > v[0] && v[3] > v[1] => Ok(v),
+        _ => Err("give X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1".to_string()),
+    }
+}
+
+/// Parses `none` or `#rrggbb`.
+pub fn background(text: &str) -> Result<Option<[f32; 4]>, String> {
+    if text == "none" {
+        return Ok(None);
+    }
+    let wrong = || "give 'none' or a colour such as #ffffff".to_string();
+    let hex = text.strip_prefix('#').filter(|h| h.len() == 6 && h.is_ascii()).ok_or_else(wrong)?;
+    let byte =
+        |i: usize| u8::from_str_radix(&hex[2 * i..2 * i + 2], 16).map(|b| f32::from(b) / 255.0).map_err(|_| wrong());
+    Ok(Some([byte(0)?, byte(1)?, byte(2)?, 1.0]))
+}
+
+/// Smallest rectangle around the patches' edges: x0, y0, x1, y1; `None` without patches.
+pub fn bounds(table: &PatchTable) -> Option<[f64; 4]> {
+    let mut b = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+    for range in &table.ranges {
+        for patch in
+            table.indices[range.first as usize..][..range.count as usize * range.stride()].chunks(range.stride())
+        {
+            for i in 0..sides(range.part) {
+                let Some(q) = side_points(range.kind, range.part, i) else { continue };
+                for axis in 0..2 {
+                    let [low, high] = extent(q.map(|s| table.control[patch[s] as usize][axis]));
+                    b[axis] = b[axis].min(low);
+                    b[axis + 2] = b[axis + 2].max(high);
+                }
+            }
+        }
+    }
+    (b[0] <= b[2]).then_some(b)
+}
+
+/// Least and greatest value of a cubic on [0, 1].
+fn extent(p: [f64; 4]) -> [f64; 2] {
+    let (mut low, mut high) = (p[0].min(p[3]), p[0].max(p[3]));
+    // The derivative over three: a t^2 + b t + c.
+    let (d0, d1, d2) = (p[1] - p[0], p[2] - p[1], p[3] - p[2]);
+    let (a, b, c) = (d0 - 2.0 * d1 + d2, 2.0 * (d1 - d0), d0);
+    let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+    // Both forms: one of them is stable whatever the size of a.
+    let q = -0.5 * (b + root.copysign(b));
+    for t in [q / a, c / q] {
+        if t > 0.0 && t < 1.0 {
+            let s = 1.0 - t;
+            let x = s * s * s * p[0] + 3.0 * s * s * t * p[1] + 3.0 * s * t * t * p[2] + t * t * t * p[3];
+            (low, high) = (low.min(x), high.max(x));
+        }
+    }
+    [low, high]
+}
+
+/// The view that shows `bounds` whole, undistorted and centred, two pixels from the nearest border.
+pub fn fit(bounds: [f64; 4], [w, h]: [u32; 2]) -> Result<[f64; 4], Failure> {
+    let [x0, y0, x1, y1] = bounds;
+    let across = |pixels: u32| f64::from(pixels.saturating_sub(4).max(1));
+    let mut unit = ((x1 - x0) / across(w)).max((y1 - y0) / across(h));
+    if unit == 0.0 {
+        unit = 1.0;
+    }
+    let (cx, cy) = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
+    let (dx, dy) = (0.5 * unit * f64::from(w), 0.5 * unit * f64::from(h));
+    let view = [cx - dx, cy - dy, cx + dx, cy + dy];
+    if view.iter().all(|x| x.is_finite()) && view[0] < view[2] && view[1] < view[3] {
+        Ok(view)
+    } else {
+        Err(Failure::input(
+            "the scene's coordinates are too large or too close together to draw; scale them to moderate numbers",
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cubic_bulges_between_its_ends() {
+        let [low, high] = extent([0.0, 1.0, 1.0, 0.0]);
+        assert_eq!((low, high), (0.0, 0.75));
+        assert_eq!(extent([0.0, 1.0, 2.0, 3.0]), [0.0, 3.0]);
+        let s = extent([0.0, 3.0, -2.0, 1.0]);
+        assert!(s[0] < 0.0 && s[1] > 1.0);
+    }
+
+    #[test]
+    fn flags_are_read_or_refused() {
+        assert_eq!(size("64x32"), Ok([64, 32]));
+        assert!(size("0x5").is_err() && size("5").is_err() && size("99999999x1").is_err());
+        assert_eq!(view("0,0,1,2"), Ok([0.0, 0.0, 1.0, 2.0]));
+        assert!(view("0,0,0,2").is_err() && view("0,0,1").is_err() && view("0,0,nan,1").is_err());
+        assert_eq!(background("#ff0000"), Ok(Some([1.0, 0.0, 0.0, 1.0])));
+        assert!(background("#ff00").is_err() && background("red").is_err() && background("#ée12").is_err());
+    }
+}

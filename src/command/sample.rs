@@ -1,0 +1,143 @@
+//! `gradtess sample`: the drawn surface, or the limit itself, at parameters of the faces of M^0.
+
+use super::{open, print, print_json, Failure, Global, Refining};
+use crate::check::exact::{into_child, quarter, ExactFace};
+use crate::patch::build::face_control;
+use crate::patch::{eval, Kind};
+use crate::refine::{fate, Rules};
+use crate::subdiv::level::CUT;
+use clap::Args;
+use serde::Serialize;
+use std::collections::HashMap;
+
+/// Arguments of `sample`.
+#[derive(Args)]
+pub struct Sample {
+    /// Scene file
+    scene: String,
+    /// Samples along each side of a face, borders included
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    n: u32,
+    /// The Catmull-Clark limit instead of the patches
+    #[arg(long)]
+    exact: bool,
+    #[command(flatten)]
+    refining: Refining,
+}
+
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    scene: String,
+    exact: bool,
+    /// A sample is: face of M^0; corner of a face that is no quad (u, v then run over the quad at that corner), else null; u, v; x, y; r, g, b, a; level and kind of what is drawn there.
+    samples: Vec<Row>,
+}
+
+#[derive(Serialize)]
+struct Row {
+    face: u32,
+    corner: Option<u32>,
+    u: f64,
+    v: f64,
+    position: [f64; 2],
+    colour: [f64; 4],
+    level: u32,
+    kind: &'static str,
+}
+
+/// From a face's own domain to that of its patch, which starts `turn` edges on.
+fn turned(turn: u8, u: f64, v: f64) -> [f64; 2] {
+    match turn {
+        0 => [u, v],
+        1 => [v, 1.0 - u],
+        2 => [1.0 - u, 1.0 - v],
+        _ => [1.0 - v, u],
+    }
+}
+
+impl Sample {
+    /// Samples every face of M^0.
+    pub fn run(&self, global: &Global) -> Result<(), Failure> {
+        let loaded = open::load(&self.scene, global)?;
+        let patched = loaded.patches(&self.refining)?;
+        let (r, table) = (&patched.refinement, &patched.table);
+        if self.exact && r.rules == Rules::Authors {
+            return Err(Failure::input("--exact needs --rules gradtess, whose drawn faces no finer edit reaches"));
+        }
+        // Names are unique within a level; local numbers follow their order.
+        let drawn: HashMap<(u32, u64), usize> =
+            table.faces.iter().enumerate().map(|(i, f)| ((f.level, f.name), i)).collect();
+        let mut exact: HashMap<(usize, u32), ExactFace> = HashMap::new();
+        let mut samples = Vec::new();
+        let step = |i: u32| if self.n == 1 { 0.5 } else { f64::from(i) / f64::from(self.n - 1) };
+        let zero = &r.levels[0];
+        for face in 0..zero.faces() as u32 {
+            let corners = match zero.valence(face) {
+                4 => vec![None],
+                n => (0..n).map(Some).collect(),
+            };
+            for corner in corners {
+                for (j, i) in (0..self.n).flat_map(|j| (0..self.n).map(move |i| (j, i))) {
+                    let (mut u, mut v) = (step(i), step(j));
+                    let (mut l, mut f) = (0, face);
+                    let mut child = corner;
+                    while r.fates[l][f as usize] & fate::AFFECTED != 0 {
+                        let s = child.take().unwrap_or_else(|| {
+                            let s = quarter(u, v);
+                            [u, v] = into_child(s, u, v);
+                            s
+                        });
+                        let h = r.levels[l].first(f) + s;
+                        f = r.levels[l].child[h as usize];
+                        debug_assert!(f < CUT);
+                        l += 1;
+                    }
+                    let level = &r.levels[l];
+                    let Some(&index) = drawn.get(&(level.level, level.face[f as usize])) else {
+                        return Err(Failure::machine(format_args!(
+                            "face {f} of level {l} is neither refined nor drawn"
+                        )));
+                    };
+                    let patch = &table.faces[index];
+                    let (position, colour) = if self.exact {
+                        let value = exact.entry((l, f)).or_insert_with(|| ExactFace::new(r, l, f)).at(u, v);
+                        (value.p.to_array(), value.c.to_array())
+                    } else {
+                        let [pu, pv] = turned(patch.turn, u, v);
+                        let c = eval::face(patch.kind, &face_control(table, patch), pu, pv);
+                        ([c[0], c[1]], [c[4], c[5], c[6], c[7]])
+                    };
+                    samples.push(Row {
+                        face,
+                        corner,
+                        u: step(i),
+                        v: step(j),
+                        position,
+                        colour,
+                        level: level.level,
+                        kind: if patch.kind == Kind::Gregory { "gregory" } else { "bicubic" },
+                    });
+                }
+            }
+            exact.clear();
+        }
+        let report =
+            Report { schema: "gradtess.sample/1", scene: loaded.scene.name.clone(), exact: self.exact, samples };
+        if global.json {
+            return print_json(&report);
+        }
+        let mut out = String::from("face\tcorner\tu\tv\tx\ty\tr\tg\tb\ta\tlevel\tkind\n");
+        for s in &report.samples {
+            let corner = s.corner.map_or("-".to_string(), |c| c.to_string());
+            let [x, y] = s.position;
+            let [r, g, b, a] = s.colour;
+            out += &format!(
+                "{}\t{corner}\t{}\t{}\t{x}\t{y}\t{r}\t{g}\t{b}\t{a}\t{}\t{}\n",
+                s.face, s.u, s.v, s.level, s.kind
+            );
+        }
+        print(&out);
+        Ok(())
+    }
+}
