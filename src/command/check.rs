@@ -3,7 +3,7 @@
 use super::picture::{bounds, fit, size, view, Tess};
 use super::{open, print, print_json, Failure, Global, Refining};
 use crate::check::cracks;
-use crate::gpu::{Format, Frame, Gpu, Pixels, Show};
+use crate::gpu::{Format, Frame, Gpu, Pixels, Show, TessRule, MAX_LEVEL};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -26,7 +26,10 @@ pub struct Check {
     /// Further random views, magnified up to 1000 times
     #[arg(long, value_name = "N", default_value_t = 8)]
     zooms: u32,
-    /// Seed of the random views
+    /// Draw each view at a random level of its own, 1 to 64, each octave as likely as any other
+    #[arg(long, conflicts_with_all = ["tess", "tess_base", "pixels"])]
+    random_tess: bool,
+    /// Seed of the random views and levels
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Background pixels inside that are let pass
@@ -41,6 +44,9 @@ struct Report {
     views: usize,
     pixels_inside: usize,
     crack_pixels: usize,
+    /// Least and greatest level of `--random-tess`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    random_levels: Option<[u32; 2]>,
     /// Edges that only one patch has: the boundary of the mesh, if nothing is wrong.
     outline_edges: usize,
     /// Where the first cracks are: x, y in the model.
@@ -58,6 +64,12 @@ impl Random {
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
+}
+
+/// Level from 1 to 64, the integer part of a log-uniform number.
+fn random_level(unit: f64) -> u32 {
+    let top = f64::from(MAX_LEVEL) + 1.0;
+    (top.powf(unit) as u32).clamp(1, MAX_LEVEL as u32)
 }
 
 impl Check {
@@ -83,6 +95,9 @@ impl Check {
             let (dx, dy) = (0.5 * w / zoom, 0.5 * h / zoom);
             views.push([x - dx, y - dy, x + dx, y + dy]);
         }
+        // After all views, so that the flag does not change them.
+        let levels: Vec<u32> =
+            views.iter().filter(|_| self.random_tess).map(|_| random_level(random.unit())).collect();
         let bar =
             if global.quiet || global.json { ProgressBar::hidden() } else { ProgressBar::new(views.len() as u64) };
         bar.set_style(
@@ -96,15 +111,16 @@ impl Check {
             views: views.len(),
             pixels_inside: 0,
             crack_pixels: 0,
+            random_levels: levels.iter().min().zip(levels.iter().max()).map(|(&low, &high)| [low, high]),
             outline_edges: outline.len(),
             first_cracks: Vec::new(),
         };
-        for view in views {
+        for (i, view) in views.into_iter().enumerate() {
             let frame = Frame {
                 width,
                 height,
                 view,
-                tess: self.tess.rule(),
+                tess: levels.get(i).map_or(self.tess.rule(), |&level| TessRule::Fixed(level as f32)),
                 show: Show::Surface,
                 background: None,
                 samples: 1,

@@ -3,7 +3,7 @@
 //! Interior half-edges are numbered face by face in file order; the k-th half-edge of a face ENDS in the
 //! face's k-th vertex, so its origin is the vertex before (the authors' convention, kept because edits name
 //! half-edges). A half-edge on the boundary has no twin; where a boundary half-edge itself needs a number, it
-//! is `interior + rank`, the rank being that of its interior twin among all boundary edges ([ZHHK22] App. A:
+//! is `interior + rank`, the rank being that of its interior twin among all boundary edges (ZHHK22 App. A:
 //! boundary half-edges have the greatest indices).
 
 mod build;

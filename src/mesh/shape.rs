@@ -5,7 +5,7 @@ use super::HalfEdgeMesh;
 /// Something about a face that is legal but has consequences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ShapeNote {
-    /// Not convex: its Catmull-Clark surface may fold over its own edge ([ZHHK22] 7.1).
+    /// Not convex: its Catmull-Clark surface may fold over its own edge (ZHHK22 7.1).
     NonConvex {
         /// Face, from 0.
         face: u32,

@@ -253,28 +253,27 @@ impl Builder {
     }
 
     fn finish(mut self) -> PatchTable {
-        let mut base = [0u32; BUCKETS];
-        // The plain bicubics are most of the table and stand first: their array becomes the table's.
-        self.table.indices = std::mem::take(&mut self.buckets[0]);
-        let mut end = self.table.indices.len() as u32;
-        for b in 0..BUCKETS {
-            let length = if b == 0 { end } else { self.buckets[b].len() as u32 };
-            if b > 0 {
-                base[b] = end;
-                end += length;
-                self.table.indices.extend_from_slice(&self.buckets[b]);
-            }
+        let mut base = Vec::with_capacity(BUCKETS);
+        for (b, (ids, starts)) in self.buckets.into_iter().zip(&self.starts).enumerate() {
             let (kind, part) = match b {
                 0 => (Kind::Bicubic, None),
                 1 => (Kind::Gregory, None),
                 _ if b < 2 + PARTS.len() => (Kind::Bicubic, Some((b - 2) as u8)),
                 _ => (Kind::Gregory, Some((b - 2 - PARTS.len()) as u8)),
             };
-            for (i, &(level, first)) in self.starts[b].iter().enumerate() {
-                let stop = self.starts[b].get(i + 1).map_or(length, |s| s.1);
-                let mut range = DrawRange { kind, part, level, first: base[b] + first, count: 0 };
+            let at = self.table.indices.len() as u32;
+            base.push(at);
+            for (i, &(level, first)) in starts.iter().enumerate() {
+                let stop = starts.get(i + 1).map_or(ids.len() as u32, |s| s.1);
+                let mut range = DrawRange { kind, part, level, first: at + first, count: 0 };
                 range.count = (stop - first) / range.stride() as u32;
                 self.table.ranges.push(range);
+            }
+            if b == 0 {
+                // The plain bicubics are most of the table: their array becomes the table's.
+                self.table.indices = ids;
+            } else {
+                self.table.indices.extend_from_slice(&ids);
             }
         }
         for (face, &b) in self.table.faces.iter_mut().zip(&self.face_bucket) {

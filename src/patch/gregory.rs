@@ -1,4 +1,4 @@
-//! Face points of Gregory patches: `f+` and `f-` of [LSNC09] 3.3 with the boundary forms of the authors' tool.
+//! Face points of Gregory patches: `f+` and `f-` of LSNC09 3.3 with the boundary forms of the authors' tool.
 
 use super::points::{colour_of, control, position_of, Points};
 use super::ControlPoint;
@@ -11,7 +11,7 @@ use crate::subdiv::limit::cosine;
 struct Edge<V> {
     /// Control vertex at the corner.
     v: V,
-    /// What `c1` weighs: the patch corner by [LSNC09] eq. 6; the authors' tool has the control vertex there, which
+    /// What `c1` weighs: the patch corner by LSNC09 eq. 6; the authors' tool has the control vertex there, which
     /// differs next to extraordinary vertices.
     corner: V,
     /// Bezier points of the edge, near the corner and far.

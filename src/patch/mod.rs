@@ -16,10 +16,10 @@
 //! ```
 //!
 //! * **Bicubic**: 16 Bezier points as drawn.
-//! * **Gregory** ([LSNC09]): 20 points. 0 to 15 as drawn, where the inner point of corner i is `f_i+` (the one
+//! * **Gregory** (LSNC09): 20 points. 0 to 15 as drawn, where the inner point of corner i is `f_i+` (the one
 //!   that belongs to edge i, which leaves corner i); 16 + i is `f_i-` (edge i - 1, which ends in corner i).
 //!   `F_A = (u f0+ + v f0-) / (u + v)`, and its three rotations.
-//! * **Transition parts** ([NLMD12] section 4): a face with finer neighbours is drawn as two to four parts, see
+//! * **Transition parts** (NLMD12 section 4): a face with finer neighbours is drawn as two to four parts, see
 //!   [`transition`]. A part has the face's 16 or 20 points and then 8 more: the part's own four corners (a
 //!   triangle repeats its third), then two inner points for each of up to two half edges (see
 //!   [`transition::Part`]). The half edge from part corner i to i + 1 is the cubic (corner i, first, second,
@@ -43,7 +43,7 @@ pub type ControlPoint = [f64; 8];
 pub enum Kind {
     /// Tensor-product bicubic in Bezier form, 16 points.
     Bicubic,
-    /// Gregory patch [LSNC09], 20 points.
+    /// Gregory patch LSNC09, 20 points.
     Gregory,
 }
 
@@ -85,13 +85,13 @@ pub struct Face {
     /// Level the face lives at.
     pub level: u32,
     /// Name of the face: its number in M^0, or the slot one level up that it grew from
-    /// (`subdiv::index_map`, which turns it into the numbers of [ZHHK22] App. A).
+    /// (`subdiv::index_map`, which turns it into the numbers of ZHHK22 App. A).
     pub name: u64,
     /// Edges from the face's own first half-edge to the one that leaves corner A (0 to 3): transition faces are turned.
     pub turn: u8,
     /// Bicubic or Gregory.
     pub kind: Kind,
-    /// Whether the face is irregular; drawn as a bicubic all the same where [LS08] stands in for Gregory patches.
+    /// Whether the face is irregular; drawn as a bicubic all the same where LS08 stands in for Gregory patches.
     pub irregular: bool,
     /// Bit i: edge i from corner A is a transition edge. 0: not a transition face.
     pub transition: u8,

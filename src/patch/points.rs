@@ -22,10 +22,10 @@ use vertex_bits::{BOUNDARY, DART, EXTRAORDINARY, SECTORS};
 /// What draws irregular faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Irregular {
-    /// Gregory patches [LSNC09] ("ACC2").
+    /// Gregory patches LSNC09 ("ACC2").
     #[default]
     Gregory,
-    /// Bicubics [LS08] ("ACC1"), for comparison: smooth inside, only continuous along edges at extraordinary vertices.
+    /// Bicubics LS08 ("ACC1"), for comparison: smooth inside, only continuous along edges at extraordinary vertices.
     Bicubic,
 }
 
@@ -92,7 +92,7 @@ fn regular_edge<V: Linear>(v: V, w: V, beside_v: V, beside_w: V) -> V {
     (v * 8.0 + w * 4.0 + beside_v * 2.0 + beside_w) * (1.0 / 18.0)
 }
 
-/// The same with the weights of [LS08] for valence n, the mean of the two inner points beside the edge.
+/// The same with the weights of LS08 for valence n, the mean of the two inner points beside the edge.
 fn weighted_edge<V: Linear>(n: f64, v: V, w: V, beside_v: V, beside_w: V) -> V {
     (v * (2.0 * n) + w * 4.0 + beside_v * 2.0 + beside_w) * (1.0 / (2.0 * n + 10.0))
 }

@@ -1,4 +1,4 @@
-//! Transition faces: five constellations, seventeen parts ([NLMD12] section 4).
+//! Transition faces: five constellations, seventeen parts (NLMD12 section 4).
 //!
 //! A face whose edge neighbours are refined once more is drawn as parts that meet the finer vertices at the
 //! edges' midpoints. The face is turned so that its transition edges form one of five constellations:

@@ -1,4 +1,4 @@
-//! Which faces are affected, before any level is built: a forest of face names ([ZHHK22] 4.2).
+//! Which faces are affected, before any level is built: a forest of face names (ZHHK22 4.2).
 //!
 //! A node is a face that will be refined. Marking a face marks its ancestors, so the forest is a quadtree with
 //! the faces of M^0 as roots; its size is the number of refined faces. The regions that an edit affects one
@@ -351,7 +351,7 @@ fn isolate_vertices(forest: &mut Forest, map: &IndexMap, extraordinary: &[bool],
     }
 }
 
-/// From the finest level up: all faces around an extraordinary vertex share one level ([ZHHK22] 4.2, cascading),
+/// From the finest level up: all faces around an extraordinary vertex share one level (ZHHK22 4.2, cascading),
 /// and neighbours across an edge differ by one level at most.
 fn close(forest: &mut Forest, map: &IndexMap, extraordinary: &[bool]) {
     for level in (0..forest.by_level.len() as u32).rev() {

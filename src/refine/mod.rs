@@ -1,4 +1,4 @@
-//! Feature-adaptive, hierarchical refinement ([ZHHK22] 4): which faces live at which level, and their meshes.
+//! Feature-adaptive, hierarchical refinement (ZHHK22 4): which faces live at which level, and their meshes.
 //!
 //! [`refine`] plans the affected faces on names alone ([`forest`]), then builds the levels from M^0 down, each
 //! holding only the children of affected faces and one ring around them, applies the level's edits, and says of
@@ -197,7 +197,7 @@ impl Cursors {
         self.paints.retain(|p| p.0 > now);
     }
 
-    /// One level down; the region of an edit is always refined, so its half-edge is there ([ZHHK22] App. A).
+    /// One level down; the region of an edit is always refined, so its half-edge is there (ZHHK22 App. A).
     fn descend(&mut self, level: &Level) {
         let child = |h: u32, edit_level: u32, slot: Slot| {
             let digit = (slot >> (2 * (edit_level - level.level - 1))) & 3;
@@ -291,7 +291,7 @@ fn sector_faces(level: &Level, h: u32) -> u32 {
     n
 }
 
-/// While an affected face has an irregular corner, all faces around it become affected ([ZHHK22] 4.2).
+/// While an affected face has an irregular corner, all faces around it become affected (ZHHK22 4.2).
 fn cascade(level: &Level, affected: &mut [bool], around_polygons: &[bool], corners: CornerRule, rules: Rules) {
     let mut queue: Vec<u32> = (0..level.faces() as u32).filter(|&f| affected[f as usize]).collect();
     while let Some(f) = queue.pop() {

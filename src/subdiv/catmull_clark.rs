@@ -1,8 +1,8 @@
-//! C, one Catmull-Clark step, on the part of a level that is wanted ([ZHHK22] 3.3, App. A; [DKT98] for creases).
+//! C, one Catmull-Clark step, on the part of a level that is wanted (ZHHK22 3.3, App. A; DKT98 for creases).
 //!
 //! The child of half-edge `h` (the quad at its origin) is made exactly where the origin touches a face to be
 //! refined. So every wanted face gets its four children and a full ring of quads around them: what
-//! [ZHHK22] 4.2 calls padding, without its outer half. Every vertex of a child that lies inside is then
+//! ZHHK22 4.2 calls padding, without its outer half. Every vertex of a child that lies inside is then
 //! computed from a complete neighbourhood.
 //!
 //! Positions: interior rules of Catmull and Clark with new face points, boundary curve `(a + 6 v + b) / 8`,
@@ -161,7 +161,7 @@ fn rules(level: &Level, points: &Points, corners: CornerRule, next: &mut Level) 
             let centre = sum * (1.0 / f64::from(n));
             next.value[to as usize] = centre;
             if n != 4 {
-                next.bits[to as usize] = vertex_bits::EXTRAORDINARY;
+                next.bits[to as usize] = EXTRAORDINARY;
             }
             for h in level.of_face(f) {
                 let (ahead, behind) = (level.at(level.next(h)), level.at(level.prev(h)));
@@ -183,8 +183,7 @@ fn rules(level: &Level, points: &Points, corners: CornerRule, next: &mut Level) 
             next.value[e as usize] = next.value[e as usize] * 0.25;
         }
     }
-    for v in 0..level.vertices() {
-        let to = points.vertex[v];
+    for (v, &to) in points.vertex.iter().enumerate() {
         if to == NONE {
             continue;
         }

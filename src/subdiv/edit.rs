@@ -1,4 +1,4 @@
-//! Hierarchical edits of one level ([ZHHK22] 3.3, Fig. 3; [VK18] 4.2), by the rules of the authors' tool.
+//! Hierarchical edits of one level (ZHHK22 3.3, Fig. 3; VK18 4.2), by the rules of the authors' tool.
 //!
 //! All geometry edits of a level read the positions that Catmull-Clark gave and are added at once, so their
 //! order does not matter. Colour edits come in three passes: all colours are written, every sector of every

@@ -2,10 +2,10 @@
 //!
 //! Two numberings of the interior half-edges of M^l meet here:
 //!
-//! * **App. A** ([ZHHK22] App. A): what files, edits and every report use. The four children of half-edge `i`
+//! * **App. A** (ZHHK22 App. A): what files, edits and every report use. The four children of half-edge `i`
 //!   are `4 i + 0` (origin to edge point), `4 i + 1` (edge point to target), `4 i + 2` (edge point to face
 //!   point) and `4 i + 3` (back). A face takes the number of the half-edge it grew from.
-//! * **slots** ([DV21]): what the code computes with. The child *face* of slot `h` has the slots
+//! * **slots** (DV21): what the code computes with. The child *face* of slot `h` has the slots
 //!   `4 h .. 4 h + 3` in order, `4 h` leaving the origin of `h`. So `next` is arithmetic, the parent of
 //!   a face is its number shifted by two, and each slot's digits spell the path from M^0 down to it.
 //!
@@ -288,7 +288,7 @@ impl<'a> IndexMap<'a> {
     /// Number of the vertex that a slot leaves: old vertices keep theirs, then edge points in the order of
     /// their edges, then face points.
     ///
-    /// [ZHHK22] App. A writes `n_v + min(I(e), I(e_twin))` for edge points, which is not dense; as in the
+    /// ZHHK22 App. A writes `n_v + min(I(e), I(e_twin))` for edge points, which is not dense; as in the
     /// authors' tool the edge's rank stands in its place.
     pub fn vertex(&self, level: u32, d: Slot) -> u64 {
         if level > 0 {
@@ -388,7 +388,7 @@ impl<'a> IndexMap<'a> {
     }
 
     /// Whether the vertex that a slot leaves belongs to C^l of the input mesh, so that its colour may be edited
-    /// ([ZHHK22] 3.3, 5.1: they lie three steps apart).
+    /// (ZHHK22 3.3, 5.1: they lie three steps apart).
     pub fn is_colour_vertex(&self, level: u32, d: Slot) -> bool {
         if level == 0 {
             return d < self.inner0() && d & 7 == 0;

@@ -19,9 +19,9 @@ pub const CUT: u32 = u32::MAX - 1;
 pub mod vertex_bits {
     /// On the boundary.
     pub const BOUNDARY: u8 = 1;
-    /// Extraordinary: valence other than 4 inside, above 3 on the boundary ([ZHHK22] 3.1).
+    /// Extraordinary: valence other than 4 inside, above 3 on the boundary (ZHHK22 3.1).
     pub const EXTRAORDINARY: u8 = 2;
-    /// One interior sharp edge ends here: smooth colour rules ([DKT98]).
+    /// One interior sharp edge ends here: smooth colour rules (DKT98).
     pub const DART: u8 = 4;
     /// Sharp edges (with the boundary) part the faces here into colour sectors, each with a tint of its own.
     pub const SECTORS: u8 = 8;

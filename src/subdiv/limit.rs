@@ -1,4 +1,4 @@
-//! Limit points, limit tangents and their inverses ([ZHHK22] App. B; tangents [LSNC09] 3.2).
+//! Limit points, limit tangents and their inverses (ZHHK22 App. B; tangents LSNC09 3.2).
 
 use super::fan::{Fan, Linear};
 use crate::scene::CornerRule;
@@ -60,13 +60,13 @@ pub fn cosine(i: usize, n: usize) -> f64 {
     table[(n - 1) * 2 * TABLED + i % (2 * n)]
 }
 
-/// `lambda(n)`, the subdominant eigenvalue of Catmull-Clark at valence n ([LSNC09] eq. 5 has 16 times this plus 5).
+/// `lambda(n)`, the subdominant eigenvalue of Catmull-Clark at valence n (LSNC09 eq. 5 has 16 times this plus 5).
 pub fn subdominant(n: usize) -> f64 {
     let (c, c2) = (cosine(1, n), cosine(2, n));
     (5.0 + c2 + c * (18.0 + 2.0 * c2).sqrt()) / 16.0
 }
 
-/// Limit tangent along spoke `j` as it enters a Gregory patch: `q` of [LSNC09] 3.3 inside, its boundary form
+/// Limit tangent along spoke `j` as it enters a Gregory patch: `q` of LSNC09 3.3 inside, its boundary form
 /// (from OpenSubdiv's and the authors' formulas, valence `k = faces`) in an open fan.
 pub fn tangent<V: Linear>(fan: &Fan<V>, j: usize) -> V {
     let mut q = V::default();
@@ -101,7 +101,7 @@ pub fn tangent<V: Linear>(fan: &Fan<V>, j: usize) -> V {
     q + r0 * (PI * j as f64 / kf).cos() + r1 * (PI * j as f64 / kf).sin()
 }
 
-/// Bezier point next to the vertex on spoke `j` of a Gregory patch: `e = p + 2/3 lambda q` ([LSNC09] 3.3);
+/// Bezier point next to the vertex on spoke `j` of a Gregory patch: `e = p + 2/3 lambda q` (LSNC09 3.3);
 /// at a sharp corner a third of the way along the edge.
 pub fn edge_point<V: Linear>(fan: &Fan<V>, j: usize, corners: CornerRule) -> V {
     let k = fan.faces();

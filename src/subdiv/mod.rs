@@ -1,4 +1,4 @@
-//! Subdivision rules of [ZHHK22] 3: the ternary step, Catmull-Clark for positions and colours, limits.
+//! Subdivision rules of ZHHK22 3: the ternary step, Catmull-Clark for positions and colours, limits.
 
 pub mod catmull_clark;
 pub mod edit;

@@ -1,8 +1,8 @@
-//! T, the ternary step: input mesh to M^0 ([ZHHK22] 3.2, [LKSD17]).
+//! T, the ternary step: input mesh to M^0 (ZHHK22 3.2, LKSD17).
 //!
 //! Every n-gon becomes n corner quads, n quads of the middle thirds and one smaller n-gon.
 //! Edge points lie at one third. A face point is bilinear in its corner, the two edge MIDPOINTS and the
-//! centroid: `(3 v0 + v1 + v2 + 4 C) / 9`; the text of [ZHHK22] 3.2 says neighbours, its formula's source does not.
+//! centroid: `(3 v0 + v1 + v2 + 4 C) / 9`; the text of ZHHK22 3.2 says neighbours, its formula's source does not.
 
 use super::index_map::IndexMap;
 use super::level::{vertex_bits, Level, Value};
