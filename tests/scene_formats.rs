@@ -264,6 +264,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                         .into_iter()
                         .map(|((level, half_edge), colour)| ColourEdit { level, half_edge, colour })
                         .collect(),
+                    edit_lines: Default::default(),
                 }
             })
     })
