@@ -96,8 +96,7 @@ impl Check {
             views.push([x - dx, y - dy, x + dx, y + dy]);
         }
         // After all views, so that the flag does not change them.
-        let levels: Vec<u32> =
-            views.iter().filter(|_| self.random_tess).map(|_| random_level(random.unit())).collect();
+        let levels: Vec<u32> = views.iter().filter(|_| self.random_tess).map(|_| random_level(random.unit())).collect();
         let bar =
             if global.quiet || global.json { ProgressBar::hidden() } else { ProgressBar::new(views.len() as u64) };
         bar.set_style(

@@ -9,7 +9,7 @@ use super::query::{GpuTimes, Scope, Statistics, StatisticsQuery, Timestamps};
 use super::show::{level_colour, patch_colour, Show, WIRE_COLOUR};
 use super::table::DeviceTable;
 use super::target::{PassKey, Target};
-use super::tess::TessRule;
+use super::tess::{quad_vertices, TessRule};
 use crate::image::Picture;
 use crate::patch::{DrawRange, Kind};
 use ash::vk;
@@ -141,6 +141,8 @@ struct Step {
     push: Push,
     first: u32,
     count: u32,
+    // Most indices in one draw call, a whole number of patches.
+    most: u32,
 }
 
 /// A frame with everything that can be made beforehand: pipelines, target, queries, push constants.
@@ -186,6 +188,7 @@ impl<'t> PreparedFrame<'t> {
                     push: push_of(frame, range, fill),
                     first: range.first,
                     count: range.count * range.stride() as u32,
+                    most: most_patches(context, frame.tess, range).saturating_mul(range.stride() as u32),
                 });
             }
         }
@@ -314,7 +317,10 @@ impl<'t> PreparedFrame<'t> {
                     }
                     let push = bytes_of(std::slice::from_ref(&step.push));
                     context.device.cmd_push_constants(commands, self.layout, PUSH_STAGES, 0, push);
-                    context.device.cmd_draw_indexed(commands, step.count, 1, step.first, 0, 0);
+                    for from in (0..step.count).step_by(step.most as usize) {
+                        let count = step.most.min(step.count - from);
+                        context.device.cmd_draw_indexed(commands, count, 1, step.first + from, 0, 0);
+                    }
                 }
             }
             if let Some(timestamps) = timestamps {
@@ -335,6 +341,19 @@ fn scope_of(range: &DrawRange) -> Scope {
         (Kind::Gregory, None) => Scope::Gregory,
         (Kind::Gregory, Some(_)) => Scope::GregoryTransition,
     }
+}
+
+/// Patches that one draw call may hold.
+///
+/// llvmpipe numbers the vertices of a draw call in 16 bits once a triangle has to be clipped (Mesa 22.3.6): past 65,536
+/// whole patches vanish from views that do not show everything. There a range is drawn in pieces.
+fn most_patches(context: &Context, tess: TessRule, range: &DrawRange) -> u32 {
+    if !context.info.name.contains("llvmpipe") {
+        return range.count;
+    }
+    let levels = tess.levels(range.level);
+    let level = levels.full.max(levels.half).max(levels.inner) as u64;
+    (0xffff / quad_vertices(level)) as u32
 }
 
 fn push_of(frame: &Frame, range: &DrawRange, fill: Fill) -> Push {

@@ -1,7 +1,7 @@
 //! From refined levels to a [`PatchTable`]: 16 Bezier points a regular face, 20 a Gregory face, parts for
 //! transition faces. Time linear in the patches; the levels are only read.
 
-use super::points::{Irregular, Points, Style};
+use super::points::{Irregular, Points, Style, CORNER, FAR, INNER, NEAR};
 use super::transition::{parts_of, standard_position, Side, EXTRA_POINTS, PARTS};
 use super::{eval, gregory, ControlPoint, DrawRange, Face, Kind, PatchTable};
 use crate::refine::{fate, Refinement, Rules};
@@ -61,12 +61,6 @@ fn bucket(kind: Kind, part: Option<usize>) -> usize {
     part.map_or(kind, |p| 2 + kind * PARTS.len() + p)
 }
 
-/// Control points in the order of the patch's half-edges: which slots hold corner i, the near and far point of edge i, and inner point i.
-const CORNER: [usize; 4] = [0, 3, 15, 12];
-const NEAR: [usize; 4] = [1, 7, 14, 8];
-const FAR: [usize; 4] = [2, 11, 13, 4];
-const INNER: [usize; 4] = [5, 6, 10, 9];
-
 impl Builder {
     fn new(refinement: &Refinement, style: Style) -> Self {
         let drawn: usize = refinement.fates.iter().flatten().filter(|&f| f & fate::DRAWN != 0).count();
@@ -84,6 +78,21 @@ impl Builder {
     fn face(&mut self, f: u32, fate: u8, points: &mut Points) -> Option<Waiting> {
         let level = points.level();
         let mask = fate >> fate::TRANSITION;
+        if mask == 0 && points.is_plain(f) {
+            // Most faces of most scenes.
+            let ids = points.plain_face(f, &mut self.table.control);
+            self.table.faces.push(Face {
+                level: level.level,
+                name: level.face[f as usize],
+                turn: 0,
+                kind: Kind::Bicubic,
+                irregular: false,
+                transition: 0,
+                first: 0,
+            });
+            self.emit(self.table.faces.len() - 1, Kind::Bicubic, None, level.level, &ids);
+            return None;
+        }
         let (_, turn) = standard_position(mask);
         let first = level.first(f);
         let half_edges = [0, 1, 2, 3].map(|i| first + ((i + u32::from(turn)) & 3));
@@ -91,13 +100,13 @@ impl Builder {
         let kind = if gregory { Kind::Gregory } else { Kind::Bicubic };
 
         let mut ids = [0u32; 20];
-        if points.is_plain(half_edges) {
-            let plain = points.regular_face(half_edges, &mut self.table.control);
+        if points.is_plain(f) {
+            let plain = points.plain_face(f, &mut self.table.control);
             for i in 0..4 {
-                ids[CORNER[i]] = plain.corner[i];
-                ids[NEAR[i]] = plain.near[i];
-                ids[FAR[i]] = plain.far[i];
-                ids[INNER[i]] = plain.inner[i];
+                let from = (i + turn as usize) & 3;
+                for slots in [CORNER, NEAR, FAR, INNER] {
+                    ids[slots[i]] = plain[slots[from]];
+                }
             }
         } else {
             for (i, &h) in half_edges.iter().enumerate() {

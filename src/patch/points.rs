@@ -57,19 +57,6 @@ pub struct Points<'a> {
     fan_tint: u32,
 }
 
-/// Indices of the control points of a plain bicubic face, by corner and edge.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct RegularFace {
-    /// Corners A to D.
-    pub corner: [u32; 4],
-    /// Edge points near the corner that the edge leaves.
-    pub near: [u32; 4],
-    /// Edge points near the corner that the edge ends in.
-    pub far: [u32; 4],
-    /// Inner points.
-    pub inner: [u32; 4],
-}
-
 /// Control point from its channels.
 #[inline]
 pub(super) fn control(v: Value) -> ControlPoint {
@@ -84,6 +71,19 @@ pub(super) fn position_of(c: &ControlPoint) -> DVec2 {
 /// Colour of a control point.
 pub(super) fn colour_of(c: &ControlPoint) -> DVec4 {
     DVec4::new(c[4], c[5], c[6], c[7])
+}
+
+/// Slots of corner i, of the near and far point of edge i and of inner point i, in the order of [`super`].
+pub(super) const CORNER: [usize; 4] = [0, 3, 15, 12];
+pub(super) const NEAR: [usize; 4] = [1, 7, 14, 8];
+pub(super) const FAR: [usize; 4] = [2, 11, 13, 4];
+pub(super) const INNER: [usize; 4] = [5, 6, 10, 9];
+
+/// `(16 v + 4 spokes + corners) / 36`: the limit at a vertex of valence 4, from the sums of its neighbours along edges
+/// and across faces.
+#[inline]
+fn regular_vertex(v: Value, spokes: Value, corners: Value) -> Value {
+    (v * 16.0 + spokes * 4.0 + corners) * (1.0 / 36.0)
 }
 
 /// `(8 v + 4 w + 2 (a + b) + (c + d)) / 18`: B-spline to Bezier next to `v` on the edge to `w`; `a`, `b` are
@@ -204,53 +204,72 @@ impl<'a> Points<'a> {
         let spokes =
             (level.at(level.next(h)) + level.at(level.prev(after))) + (level.at(level.prev(h)) + across(before));
         let corners = (across(h) + across(opposite)) + (across(after) + level.at(level.prev(before)));
-        (level.at(h) * 16.0 + spokes * 4.0 + corners) * (1.0 / 36.0)
+        regular_vertex(level.at(h), spokes, corners)
     }
 
-    /// All control points of a face whose corners are regular for positions and colours, in patch order: corner,
-    /// near and far edge points, and the inner points by value. `half_edges[0]` leaves corner A.
-    pub fn regular_face(&mut self, half_edges: [u32; 4], control_points: &mut Vec<ControlPoint>) -> RegularFace {
+    /// Whether [`Points::plain_face`] serves face `f`: a quad among quads, everything regular at its corners.
+    pub fn is_plain(&self, f: u32) -> bool {
         let level = self.level;
-        let q = if half_edges[0] < 4 * level.quads {
-            let mut q = level.quad_values(half_edges[0] >> 2);
-            q.rotate_left(half_edges[0] as usize & 3);
-            q
-        } else {
-            half_edges.map(|h| level.at(h))
-        };
-        let mut face = RegularFace::default();
-        for i in 0..4 {
-            let h = half_edges[i];
-            let (ahead, opposite, behind) = (q[(i + 1) & 3], q[(i + 2) & 3], q[(i + 3) & 3]);
-            face.corner[i] = match self.corner[level.tint[h as usize] as usize] {
-                NONE => self.corner(h, control_points),
-                known => known,
-            };
-            if self.edge[h as usize][0] == NONE {
-                let first = control_points.len() as u32;
-                self.edge[h as usize] = [first, first + 1];
-                let (near, far) = match level.across(h) {
-                    Some(t) => {
-                        self.edge[t as usize] = [first + 1, first];
-                        let beside = behind + level.at(level.next(level.next(t)));
-                        let beside_far = opposite + level.at(level.prev(t));
-                        (regular_edge(q[i], ahead, beside, beside_far), regular_edge(ahead, q[i], beside_far, beside))
-                    }
-                    None => (border_edge(q[i], ahead), border_edge(ahead, q[i])),
-                };
-                control_points.push(control(near));
-                control_points.push(control(far));
-            }
-            [face.near[i], face.far[i]] = self.edge[h as usize];
-            face.inner[i] = control_points.len() as u32;
-            control_points.push(control((q[i] * 4.0 + (ahead + behind) * 2.0 + opposite) * (1.0 / 9.0)));
-        }
-        face
+        // Above level 0 all faces are quads, four half-edges each, and stepping through a face is bit arithmetic.
+        level.level > 0
+            && Level::quad(&level.origin, f).iter().fold(0, |bits, &v| bits | level.bits[v as usize]) & !BOUNDARY == 0
     }
 
-    /// Whether [`Points::regular_face`] serves a face.
-    pub fn is_plain(&self, half_edges: [u32; 4]) -> bool {
-        half_edges.iter().fold(0, |bits, &h| bits | self.bits(h)) & !BOUNDARY == 0
+    /// All control points of a plain face, in the order of [`super`], corner A at its first half-edge.
+    pub fn plain_face(&mut self, f: u32, control_points: &mut Vec<ControlPoint>) -> [u32; 16] {
+        const BEFORE: [usize; 4] = [3, 0, 1, 2];
+        let level = self.level;
+        let (opposite, prev) = (|h: u32| h ^ 2, |h: u32| (h & !3) | ((h + 3) & 3));
+        let origin = Level::quad(&level.origin, f);
+        let twin = Level::quad(&level.twin, f);
+        // A vertex without colour sectors has the tint of its own number.
+        let q = origin.map(|v| level.value[v as usize]);
+
+        let inner = control_points.len() as u32;
+        let mid = [q[0] + q[2], q[1] + q[3]];
+        control_points.extend_from_slice(
+            &[0, 1, 2, 3].map(|i: usize| control((q[i] * 4.0 + mid[(i + 1) & 1] * 2.0 + q[(i + 2) & 3]) * (1.0 / 9.0))),
+        );
+        let mut ids = [0; 16];
+        [ids[5], ids[6], ids[10], ids[9]] = [inner, inner + 1, inner + 2, inner + 3];
+
+        for i in 0..4 {
+            let h = 4 * f + i as u32;
+            let t = twin[i];
+            let (v, ahead, across, behind) = (q[i], q[(i + 1) & 3], q[(i + 2) & 3], q[BEFORE[i]]);
+            let mut edge = self.edge[h as usize];
+            if edge[0] == NONE {
+                let first = control_points.len() as u32;
+                edge = [first, first + 1];
+                self.edge[h as usize] = edge;
+                let points = if t < CUT {
+                    self.edge[t as usize] = [first + 1, first];
+                    let beside = behind + level.at(opposite(t));
+                    let beside_far = across + level.at(prev(t));
+                    [regular_edge(v, ahead, beside, beside_far), regular_edge(ahead, v, beside_far, beside)]
+                } else {
+                    [border_edge(v, ahead), border_edge(ahead, v)]
+                };
+                control_points.extend_from_slice(&points.map(control));
+            }
+            let mut corner = self.corner[origin[i] as usize];
+            if corner == NONE {
+                let after = twin[BEFORE[i]];
+                if level.bits[origin[i] as usize] != 0 || self.place[origin[i] as usize] != NONE {
+                    corner = self.corner(h, control_points);
+                } else {
+                    let last = level.twin[prev(after) as usize];
+                    let spokes = (ahead + level.at(prev(after))) + (behind + level.at(opposite(t)));
+                    let corners = (across + level.at(opposite(last))) + (level.at(opposite(after)) + level.at(prev(t)));
+                    corner = control_points.len() as u32;
+                    control_points.push(control(regular_vertex(v, spokes, corners)));
+                    self.corner[origin[i] as usize] = corner;
+                    self.place[origin[i] as usize] = corner;
+                }
+            }
+            [ids[CORNER[i]], ids[NEAR[i]], ids[FAR[i]]] = [corner, edge[0], edge[1]];
+        }
+        ids
     }
 
     fn position_fan(&mut self, h: u32) {

@@ -30,11 +30,14 @@ pub fn refine(level: &mut Level, wanted: &[bool], corners: CornerRule) -> Level 
 
 fn touched_vertices(level: &Level, wanted: &[bool]) -> Vec<bool> {
     let mut touched = vec![false; level.vertices()];
-    for f in 0..level.faces() as u32 {
+    for (corners, &wanted) in level.origin.chunks_exact(4).zip(&wanted[..level.quads as usize]) {
+        if wanted {
+            corners.iter().for_each(|&v| touched[v as usize] = true);
+        }
+    }
+    for f in level.quads..level.faces() as u32 {
         if wanted[f as usize] {
-            for h in level.of_face(f) {
-                touched[level.origin[h as usize] as usize] = true;
-            }
+            level.of_face(f).for_each(|h| touched[level.origin[h as usize] as usize] = true);
         }
     }
     touched
@@ -82,13 +85,32 @@ fn number_points(level: &Level, touched: &[bool]) -> Points {
     }
     let first_edge = count;
     let mut edge = vec![NONE; level.half_edges()];
-    let mut wanted_face = vec![NONE; level.faces()];
-    for f in 0..level.faces() as u32 {
+    let mut face = vec![NONE; level.faces()];
+    // An edge needs its point if one of its ends is touched, which its half-edges' children tell; a face if any corner is.
+    for f in 0..level.quads {
+        let child = Level::quad(&level.child, f);
+        if child == [NONE; 4] {
+            continue;
+        }
+        face[f as usize] = 0;
+        let twin = Level::quad(&level.twin, f);
+        for i in 0..4 {
+            let h = 4 * f + i as u32;
+            edge[h as usize] = if twin[i] < h {
+                edge[twin[i] as usize]
+            } else if child[i] != NONE || child[(i + 1) & 3] != NONE {
+                count += 1;
+                count - 1
+            } else {
+                NONE
+            };
+        }
+    }
+    for f in level.quads..level.faces() as u32 {
         for h in level.of_face(f) {
-            // An edge needs its point if one of its ends is touched.
             let own = level.child[h as usize] != NONE;
             if own {
-                wanted_face[f as usize] = 0;
+                face[f as usize] = 0;
             }
             let t = level.twin[h as usize];
             edge[h as usize] = if t < h {
@@ -102,11 +124,11 @@ fn number_points(level: &Level, touched: &[bool]) -> Points {
         }
     }
     let first_face = count;
-    for face in wanted_face.iter_mut().filter(|f| **f == 0) {
-        *face = count;
+    for number in face.iter_mut().filter(|f| **f == 0) {
+        *number = count;
         count += 1;
     }
-    Points { vertex, edge, face: wanted_face, first_edge, first_face, count, extraordinary: extraordinary != 0 }
+    Points { vertex, edge, face, first_edge, first_face, count, extraordinary: extraordinary != 0 }
 }
 
 /// Positions, colours (as if no edge were sharp; those at sharp edges are replaced later) and bits.
@@ -332,43 +354,48 @@ fn connect(
         NONE => CUT,
         c => 4 * c + s,
     };
-    for f in 0..level.faces() as u32 {
-        if points.face[f as usize] == NONE {
+    // One child: of half-edge `h` with neighbours `n` and `p` in its face.
+    let mut grow = |next: &mut Level, f: u32, h: u32, n: u32, p: u32, slot: u64, centre: u32| {
+        let (hi, pi) = (h as usize, p as usize);
+        next.face.push(slot);
+        next.inside.push(wanted[f as usize]);
+        let v = points.vertex[level.origin[hi] as usize];
+        let at = [v, points.edge[hi], centre, points.edge[pi]];
+        next.origin.extend_from_slice(&at);
+        if sharp {
+            let c = sectors.corner[hi];
+            let own = if c == NONE { v } else { c };
+            next.tint.extend_from_slice(&[own, sectors.side[hi], centre, sectors.side[pi]]);
+            next.sharp.extend_from_slice(&[level.sharp[hi], false, false, level.sharp[pi]]);
+        } else {
+            next.tint.extend_from_slice(&at);
+        }
+        let (t, tp) = (level.twin[hi], level.twin[pi]);
+        next.twin.extend_from_slice(&[
+            if t < CUT { child(level.next(t), 3) } else { t },
+            child(n, 2),
+            child(p, 1),
+            if tp < CUT { child(tp, 0) } else { tp },
+        ]);
+    };
+    for f in 0..level.quads {
+        let centre = points.face[f as usize];
+        if centre == NONE {
             continue;
         }
-        let first = level.first(f);
+        let first = 4 * f;
         // Slots and local half-edges are the same numbers at level 0.
         let slot = if level.level == 0 { u64::from(first) } else { 4 * level.face[f as usize] };
-        for h in level.of_face(f) {
-            if level.child[h as usize] == NONE {
-                continue;
+        for (i, c) in Level::quad(&level.child, f).into_iter().enumerate() {
+            let i = i as u32;
+            if c != NONE {
+                grow(next, f, first + i, first + ((i + 1) & 3), first + ((i + 3) & 3), slot + u64::from(i), centre);
             }
-            let p = level.prev(h);
-            let (hi, pi) = (h as usize, p as usize);
-            next.face.push(slot + u64::from(h - first));
-            next.inside.push(wanted[f as usize]);
-            let v = points.vertex[level.origin[hi] as usize];
-            let at = [v, points.edge[hi], points.face[f as usize], points.edge[pi]];
-            next.origin.extend_from_slice(&at);
-            if sharp {
-                let c = sectors.corner[hi];
-                next.tint.extend_from_slice(&[
-                    if c == NONE { v } else { c },
-                    sectors.side[hi],
-                    at[2],
-                    sectors.side[pi],
-                ]);
-                next.sharp.extend_from_slice(&[level.sharp[hi], false, false, level.sharp[pi]]);
-            } else {
-                next.tint.extend_from_slice(&at);
-            }
-            let (t, tp) = (level.twin[hi], level.twin[pi]);
-            next.twin.extend_from_slice(&[
-                if t < CUT { child(level.next(t), 3) } else { t },
-                child(level.next(h), 2),
-                child(p, 1),
-                if tp < CUT { child(tp, 0) } else { tp },
-            ]);
+        }
+    }
+    for f in level.quads..level.faces() as u32 {
+        for h in level.of_face(f).filter(|&h| level.child[h as usize] != NONE) {
+            grow(next, f, h, level.next(h), level.prev(h), u64::from(h), points.face[f as usize]);
         }
     }
 }

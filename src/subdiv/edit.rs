@@ -6,7 +6,6 @@
 //! of an edited sector become sharp where the colour across differs.
 
 use super::level::{vertex_bits::BOUNDARY, Level};
-use crate::mesh::NONE;
 use glam::{DVec2, DVec4};
 
 /// How a geometry edit finds its vertex and frame from a local half-edge.
@@ -111,6 +110,9 @@ pub fn paint(level: &mut Level, edits: &[(u32, DVec4)]) {
             }
         }
     }
+    // Neighbouring sectors and spokes name the same vertices.
+    settle.sort_unstable_by_key(|&h| level.origin[h as usize]);
+    settle.dedup_by_key(|h| level.origin[*h as usize]);
     for h in settle {
         level.settle_colours(h);
     }
@@ -134,18 +136,10 @@ fn spread(level: &mut Level, h: u32, settle: &mut Vec<u32>) {
     if let Some(t) = level.across(c) {
         level.tint[t as usize] = tint;
     }
-    let mut ring = [NONE; 4];
-    let mut n = 0;
-    level.around(c, |s| {
-        if n < 4 {
-            ring[n] = s;
-        }
-        n += 1;
-    });
-    for &s in &ring[..n.min(4)] {
-        level.tint[s as usize] = tint;
-    }
-    settle.extend([a, c, d]);
+    // No edge at `c` is ever sharp: it lies inside a face of C^l of the input, sharp edges along its sides.
+    let v = level.origin[c as usize];
+    level.value[v as usize].c = colour;
+    settle.extend([a, d]);
 }
 
 /// Marks the spoke `h` and the next two edges straight on.
