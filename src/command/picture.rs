@@ -133,7 +133,7 @@ mod tests {
         let [low, high] = extent([0.0, 1.0, 1.0, 0.0]);
         assert_eq!((low, high), (0.0, 0.75));
         assert_eq!(extent([0.0, 1.0, 2.0, 3.0]), [0.0, 3.0]);
-        let s = extent([0.0, 3.0, -2.0, 1.0]);
+        let s = extent([0.0, 4.0, -3.0, 1.0]);
         assert!(s[0] < 0.0 && s[1] > 1.0);
     }
 

@@ -355,7 +355,7 @@ fn connect(
         c => 4 * c + s,
     };
     // One child: of half-edge `h` with neighbours `n` and `p` in its face.
-    let mut grow = |next: &mut Level, f: u32, h: u32, n: u32, p: u32, slot: u64, centre: u32| {
+    let grow = |next: &mut Level, f: u32, h: u32, n: u32, p: u32, slot: u64, centre: u32| {
         let (hi, pi) = (h as usize, p as usize);
         next.face.push(slot);
         next.inside.push(wanted[f as usize]);
