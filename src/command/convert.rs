@@ -1,8 +1,9 @@
 //! `gradtess convert`: between the native JSON and the authors' model format.
 
-use super::{open, Failure, Global};
+use super::{open, print_json, Failure, Global};
 use crate::subdiv::index_map::IndexMap;
 use clap::Args;
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// Arguments of `convert`.
@@ -12,6 +13,15 @@ pub struct Convert {
     input: String,
     /// Scene to write: .json (everything) or .obj (the authors' format)
     output: PathBuf,
+}
+
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    scene: String,
+    output: String,
+    /// What the written format cannot hold, one sentence each.
+    losses: Vec<String>,
 }
 
 impl Convert {
@@ -24,17 +34,20 @@ impl Convert {
         for e in loaded.scene.geometry.iter_mut().filter(|e| e.vertex.is_none()) {
             e.vertex = vertex_of(&map, e);
         }
-        match self.output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
-            Some("json") => loaded.scene.save(&self.output)?,
-            Some("obj") => {
-                for loss in loaded.scene.save_authors(&self.output)? {
-                    global.warn(format_args!("{}: {loss}", self.output.display()));
-                }
-            }
+        let losses = match self.output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("json") => loaded.scene.save(&self.output).map(|()| Vec::new())?,
+            Some("obj") => loaded.scene.save_authors(&self.output)?,
             _ => {
                 let what = self.output.display();
                 return Err(Failure::input(format_args!("{what}: unknown format; name the file *.json or *.obj")));
             }
+        };
+        let output = self.output.display().to_string();
+        for loss in &losses {
+            global.warn(format_args!("{output}: {loss}"));
+        }
+        if global.json {
+            print_json(&Report { schema: "gradtess.convert/1", scene: loaded.scene.name, output, losses })?;
         }
         Ok(())
     }

@@ -169,6 +169,10 @@ impl From<ImageError> for Failure {
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
+        Err(e) if e.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            eprintln!("error: no command was given; see 'gradtess --help'");
+            return ExitCode::from(2);
+        }
         Err(e) if e.use_stderr() => {
             let text = e.to_string();
             let what = text.lines().find(|l| !l.trim().is_empty()).unwrap_or("wrong usage");

@@ -65,6 +65,11 @@ fn refine_failure(loaded: &Loaded, e: &RefineError) -> Failure {
     SceneError::content(&loaded.file, line as usize, 1, what, fix).into()
 }
 
+/// Nanoseconds as milliseconds; divided, so that six decimals are printed and no more.
+pub fn milliseconds(ns: u128) -> f64 {
+    ns as f64 / 1e6
+}
+
 /// Rule set of a flag.
 pub fn rules(flag: RulesFlag) -> Rules {
     match flag {
@@ -136,8 +141,8 @@ impl Loaded {
         Ok(Patched {
             refinement,
             table,
-            refine_ms: (refined - start).as_secs_f64() * 1e3,
-            patch_ms: (built - refined).as_secs_f64() * 1e3,
+            refine_ms: milliseconds((refined - start).as_nanos()),
+            patch_ms: milliseconds((built - refined).as_nanos()),
         })
     }
 }

@@ -120,7 +120,7 @@ impl Render {
         if let Some(m) = gpu.messages().first() {
             return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
         }
-        let ms = |ns: u64| ns as f64 * 1e-6;
+        let ms = |ns: u64| open::milliseconds(ns.into());
         let result = Report {
             schema: "gradtess.render/1",
             scene: loaded.scene.name,

@@ -25,6 +25,9 @@ pub struct Sample {
     refining: Refining,
 }
 
+/// Most samples that one run makes; they are held in memory.
+const MOST: u64 = 4_000_000;
+
 #[derive(Serialize)]
 struct Report {
     schema: &'static str,
@@ -72,6 +75,14 @@ impl Sample {
         let mut samples = Vec::new();
         let step = |i: u32| if self.n == 1 { 0.5 } else { f64::from(i) / f64::from(self.n - 1) };
         let zero = &r.levels[0];
+        let quads: u64 =
+            (0..zero.faces() as u32).map(|f| zero.valence(f)).map(|n| if n == 4 { 1 } else { n.into() }).sum();
+        let all = quads * u64::from(self.n).pow(2);
+        if all > MOST {
+            return Err(Failure::input(format_args!(
+                "{all} samples are too many; at most {MOST}, choose a smaller --n"
+            )));
+        }
         for face in 0..zero.faces() as u32 {
             let corners = match zero.valence(face) {
                 4 => vec![None],
