@@ -136,12 +136,14 @@ impl Stats {
 
 fn text(r: &Report) -> String {
     let c = &r.counts;
+    let title = format!("{}, rules {}", r.scene, r.rules);
+    let wide = title.len().max(28);
     let row = |name: &str, c: [usize; 5]| {
-        format!("{name:<28} {:>9} {:>9} {:>7}\n", format!("{} ({})", c[0], c[1]), format!("{} ({})", c[2], c[3]), c[4])
+        format!("{name:<wide$} {:>9} {:>9} {:>7}\n", format!("{} ({})", c[0], c[1]), format!("{} ({})", c[2], c[3]), c[4])
     };
     let ours = [c.bicubic, c.bicubic_transition, c.gregory, c.gregory_transition, c.total];
-    let mut out = format!("{:<28} {:>9} {:>9} {:>7}\n", "", "bicubic", "Gregory", "total");
-    out += &row(&format!("{}, rules {}", r.scene, r.rules), ours);
+    let mut out = format!("{:<wide$} {:>9} {:>9} {:>7}\n", "", "bicubic", "Gregory", "total");
+    out += &row(&title, ours);
     if let Some(authors) = r.authors {
         out += &row("    rules authors", authors);
         let more = c.total as i64 - authors[4] as i64;
