@@ -139,7 +139,12 @@ fn text(r: &Report) -> String {
     let title = format!("{}, rules {}", r.scene, r.rules);
     let wide = title.len().max(28);
     let row = |name: &str, c: [usize; 5]| {
-        format!("{name:<wide$} {:>9} {:>9} {:>7}\n", format!("{} ({})", c[0], c[1]), format!("{} ({})", c[2], c[3]), c[4])
+        format!(
+            "{name:<wide$} {:>9} {:>9} {:>7}\n",
+            format!("{} ({})", c[0], c[1]),
+            format!("{} ({})", c[2], c[3]),
+            c[4]
+        )
     };
     let ours = [c.bicubic, c.bicubic_transition, c.gregory, c.gregory_transition, c.total];
     let mut out = format!("{:<wide$} {:>9} {:>9} {:>7}\n", "", "bicubic", "Gregory", "total");
