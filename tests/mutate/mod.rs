@@ -3,6 +3,7 @@
 use gradtess::scene::SceneError;
 
 /// Small documents in both formats that use every feature.
+#[allow(dead_code)] // not every test that spoils documents starts from these
 pub fn documents() -> Vec<Vec<u8>> {
     let model = "v -0.5 -0.5\nv 0.5 -0.5 0.25\nv 0.5 0.5\nv -0.5 0.5\nv 0 1.37\ns off\nf 1 2 3 4\nf 4/1 3/2/3 5\n\
                  ve 0 12 4 0.2 0.15 0\nve 0 4 0 0.5 0.05 1\nve 2 48 140 -11580 -1.5e3 0\nce 0 0 0 1 1\nce 1 35 1 1 0\n";
