@@ -143,6 +143,7 @@ impl Builder {
 
     fn gregory_points(&mut self, half_edges: &[u32; 4], ids: &mut [u32; 20], points: &mut Points) {
         let valence = half_edges.map(|h| points.gregory_valence(h));
+        let centroids = gregory::centroids(points.level(), points.level().face_of(half_edges[0]));
         for i in 0..4 {
             let (next, prev) = ((i + 1) & 3, (i + 3) & 3);
             let at = |slot: usize| &self.table.control[ids[slot] as usize];
@@ -152,6 +153,7 @@ impl Builder {
                 false,
                 [at(CORNER[i]), at(NEAR[i]), at(FAR[i])],
                 [valence[i], valence[next]],
+                &centroids,
             );
             let minus = gregory::face_points(
                 points,
@@ -159,6 +161,7 @@ impl Builder {
                 true,
                 [at(CORNER[i]), at(FAR[prev]), at(NEAR[prev])],
                 [valence[i], valence[prev]],
+                &centroids,
             );
             ids[INNER[i]] = self.push(plus);
             ids[16 + i] = self.push(minus);

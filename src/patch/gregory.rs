@@ -41,12 +41,21 @@ fn face_point<V: Linear>(e: &Edge<V>) -> V {
     (e.corner * c1 + e.near * (D - 2.0 * c0 - c1) + e.far * (2.0 * c0) + r) * (1.0 / D)
 }
 
-fn centroid<V: Linear>(level: &Level, f: u32, at: impl Fn(u32) -> V) -> V {
-    let mut sum = V::default();
-    for g in level.of_face(f) {
-        sum = sum + at(g);
-    }
-    sum * (1.0 / f64::from(level.valence(f)))
+/// Means of a face's corners and of those of the faces across its edges, by local edge; across a border the face's own.
+pub(super) struct Centroids {
+    own: Value,
+    across: [Value; 4],
+}
+
+/// Centroids around quad `f`.
+pub(super) fn centroids(level: &Level, f: u32) -> Centroids {
+    let mean = |f: u32| {
+        let sum = level.of_face(f).fold(Value::default(), |sum, g| sum + level.at(g));
+        sum * (1.0 / f64::from(level.valence(f)))
+    };
+    let own = mean(f);
+    let first = level.first(f);
+    Centroids { own, across: [0, 1, 2, 3].map(|i| level.across(first + i).map_or(own, |t| mean(level.face_of(t)))) }
 }
 
 /// `f+` (along the edge of `h`) or, with `reverse`, `f-` (along the edge before) of the corner at the origin of
@@ -58,6 +67,7 @@ pub(super) fn face_points(
     reverse: bool,
     bezier: [&ControlPoint; 3],
     valence: [[f64; 2]; 2],
+    centroids: &Centroids,
 ) -> ControlPoint {
     let level = points.level();
     let control_vertex = points.style().rules == Rules::Authors;
@@ -67,33 +77,30 @@ pub(super) fn face_points(
     let twin = level.across(edge);
     // Neighbour of the vertex in the face across: one edge on from where the twin starts, or where it came from.
     let beyond = twin.map(|t| if reverse { level.prev(t) } else { level.next(level.next(t)) });
-    let f = level.face_of(h);
+    let across = centroids.across[(edge - level.first(level.face_of(edge))) as usize];
 
-    let at = |g: u32| level.position(g);
     let position = face_point(&Edge {
-        v: at(h),
-        corner: if control_vertex { at(h) } else { position_of(bezier[0]) },
+        v: level.position(h),
+        corner: if control_vertex { level.position(h) } else { position_of(bezier[0]) },
         near: position_of(bezier[1]),
         far: position_of(bezier[2]),
-        own: at(own),
-        other: beyond.map(at),
-        end: at(end),
-        centre: centroid(level, f, at),
-        across: twin.map_or(at(h), |t| centroid(level, level.face_of(t), at)),
+        own: level.position(own),
+        other: beyond.map(|g| level.position(g)),
+        end: level.position(end),
+        centre: centroids.own.p,
+        across: across.p,
         valence: [valence[0][0], valence[1][0]],
     });
-    let tint = |g: u32| level.corner_colour(g);
-    let twin = twin.filter(|_| !level.colour_border(edge));
     let colour = face_point(&Edge {
-        v: tint(h),
-        corner: if control_vertex { tint(h) } else { colour_of(bezier[0]) },
+        v: level.corner_colour(h),
+        corner: if control_vertex { level.corner_colour(h) } else { colour_of(bezier[0]) },
         near: colour_of(bezier[1]),
         far: colour_of(bezier[2]),
-        own: tint(own),
-        other: twin.and(beyond).map(tint),
-        end: tint(end),
-        centre: centroid(level, f, tint),
-        across: twin.map_or(tint(h), |t| centroid(level, level.face_of(t), tint)),
+        own: level.corner_colour(own),
+        other: beyond.filter(|_| !level.colour_border(edge)).map(|g| level.corner_colour(g)),
+        end: level.corner_colour(end),
+        centre: centroids.own.c,
+        across: across.c,
         valence: [valence[0][1], valence[1][1]],
     });
     control(Value { p: position, c: colour })

@@ -169,8 +169,11 @@ impl<'a> Points<'a> {
             return self.corner[tint];
         }
         let known = self.place[v];
-        let mut value = if level.bits[v] == 0 {
+        let bits = level.bits[v];
+        let mut value = if bits == 0 {
             self.regular_corner(h)
+        } else if bits == BOUNDARY {
+            self.regular_boundary(h)
         } else {
             self.colour_fan(h);
             let c = limit::limit(&self.colours, self.style.corners);
@@ -205,6 +208,16 @@ impl<'a> Points<'a> {
             (level.at(level.next(h)) + level.at(level.prev(after))) + (level.at(level.prev(h)) + across(before));
         let corners = (across(h) + across(opposite)) + (across(after) + level.at(level.prev(before)));
         regular_vertex(level.at(h), spokes, corners)
+    }
+
+    /// Limit at a boundary vertex of two faces without sharp edges: `(a + 4 v + b) / 6`.
+    fn regular_boundary(&self, h: u32) -> Value {
+        let level = self.level;
+        let (first, last) = match level.spoke_before(h) {
+            None => (h, level.spoke_after(h).unwrap_or(h)),
+            Some(before) => (before, h),
+        };
+        (level.at(level.next(first)) + level.at(level.prev(last))) * (1.0 / 6.0) + level.at(h) * (4.0 / 6.0)
     }
 
     /// Whether [`Points::plain_face`] serves face `f`: a quad among quads, everything regular at its corners.
@@ -296,17 +309,46 @@ impl<'a> Points<'a> {
         }
         let next = level.next(h);
         let twin = level.across(h);
-        let points = match twin {
-            // Everything regular: one gather serves positions and colours.
-            Some(t) if (self.bits(h) | self.bits(next)) & !BOUNDARY == 0 => {
-                let g = self.beside(h, t);
-                [regular_edge(g.v, g.w, g.beside_v, g.beside_w), regular_edge(g.w, g.v, g.beside_w, g.beside_v)]
+        let (v, w) = (level.at(h), level.at(next));
+        // Neighbours of both ends, summed over both sides of the edge.
+        let beside = twin.map(|t| {
+            let at_v = level.at(level.prev(h)) + level.at(level.next(level.next(t)));
+            [at_v, level.at(level.next(next)) + level.at(level.prev(t))]
+        });
+        let ends = |beside: [Value; 2]| {
+            let [at_v, at_w] = beside;
+            [
+                End { half_edge: h, v, w, beside: at_v, beside_far: at_w },
+                End { half_edge: next, v: w, w: v, beside: at_w, beside_far: at_v },
+            ]
+        };
+        let points = match beside.map(ends) {
+            // Everything regular: positions and colours by one rule.
+            Some(ends) if (self.bits(h) | self.bits(next)) & !BOUNDARY == 0 => ends.map(|e| e.regular()),
+            Some(ends) => {
+                let border = level.colour_border(h);
+                let known = twin.map(|t| self.edge[t as usize]).filter(|e| e[0] != NONE);
+                let mut points = ends.map(|e| Value {
+                    p: if known.is_some() { DVec2::ZERO } else { self.edge_position(&e, h) },
+                    c: if border { border_edge(e.v.c, e.w.c) } else { self.edge_colour(&e, h) },
+                });
+                if let Some([near, far]) = known {
+                    // The face across made the edge already, in other colours: the place is the same.
+                    points[0].p = position_of(&control_points[far as usize]);
+                    points[1].p = position_of(&control_points[near as usize]);
+                }
+                points
             }
-            _ => {
-                let p = self.edge_positions(h, twin, control_points);
-                let c = self.edge_colours(h, twin);
-                [Value { p: p[0], c: c[0] }, Value { p: p[1], c: c[1] }]
-            }
+            None => [(h, v, w), (next, w, v)].map(|(end, v, w)| {
+                let mut point = border_edge(v, w);
+                // The exact boundary is a cubic whatever the valence; the authors' tool bends it with the fan's tangent.
+                if self.bits(end) & EXTRAORDINARY != 0 && self.style.rules == Rules::Authors {
+                    self.position_fan(end);
+                    let j = spoke_index(level, &self.positions, h, end);
+                    point.p = limit::edge_point(&self.positions, j, self.style.corners);
+                }
+                point
+            }),
         };
         let first = control_points.len() as u32;
         control_points.extend(points.map(control));
@@ -319,82 +361,30 @@ impl<'a> Points<'a> {
         [first, first + 1]
     }
 
-    /// The six values that a regular edge depends on.
-    fn beside(&self, h: u32, t: u32) -> Beside {
-        let level = self.level;
-        let next = level.next(h);
-        let beyond = level.next(level.next(t));
-        Beside {
-            v: level.at(h),
-            w: level.at(next),
-            beside_v: level.at(level.prev(h)) + level.at(beyond),
-            beside_w: level.at(level.next(next)) + level.at(level.prev(t)),
+    /// Position of the point next to one end of an inner edge.
+    fn edge_position(&mut self, e: &End, h: u32) -> DVec2 {
+        if self.bits(e.half_edge) & EXTRAORDINARY == 0 {
+            return regular_edge(e.v.p, e.w.p, e.beside.p, e.beside_far.p);
         }
+        self.position_fan(e.half_edge);
+        if self.style.irregular == Irregular::Bicubic {
+            return weighted_edge(fan_valence(&self.positions), e.v.p, e.w.p, e.beside.p, e.beside_far.p);
+        }
+        let j = spoke_index(self.level, &self.positions, h, e.half_edge);
+        limit::edge_point(&self.positions, j, self.style.corners)
     }
 
-    fn edge_positions(&mut self, h: u32, twin: Option<u32>, control_points: &[ControlPoint]) -> [DVec2; 2] {
-        if let Some(t) = twin {
-            let [near, far] = self.edge[t as usize];
-            if near != NONE {
-                return [far, near].map(|i| position_of(&control_points[i as usize]));
-            }
+    /// Colour of the point next to one end of an edge that is no border.
+    fn edge_colour(&mut self, e: &End, h: u32) -> DVec4 {
+        if !self.colour_is_extraordinary(e.half_edge) {
+            return regular_edge(e.v.c, e.w.c, e.beside.c, e.beside_far.c);
         }
-        let level = self.level;
-        [h, level.next(h)].map(|end| {
-            let ends = |g: u32| level.position(g);
-            let (v, w) = if end == h { (ends(h), ends(level.next(h))) } else { (ends(level.next(h)), ends(h)) };
-            let extraordinary = self.bits(end) & EXTRAORDINARY != 0;
-            // The exact boundary is a cubic whatever the valence; the authors' tool bends it with the fan's tangent.
-            if twin.is_none() && (!extraordinary || self.style.rules == Rules::Gradtess) {
-                return border_edge(v, w);
-            }
-            if let (false, Some(t)) = (extraordinary, twin) {
-                let g = self.beside(h, t);
-                return if end == h {
-                    regular_edge(v, w, g.beside_v.p, g.beside_w.p)
-                } else {
-                    regular_edge(v, w, g.beside_w.p, g.beside_v.p)
-                };
-            }
-            self.position_fan(end);
-            let n = fan_valence(&self.positions);
-            if let (Irregular::Bicubic, Some(t)) = (self.style.irregular, twin) {
-                let g = self.beside(h, t);
-                return if end == h {
-                    weighted_edge(n, v, w, g.beside_v.p, g.beside_w.p)
-                } else {
-                    weighted_edge(n, v, w, g.beside_w.p, g.beside_v.p)
-                };
-            }
-            let j = spoke_index(level, &self.positions, h, end);
-            limit::edge_point(&self.positions, j, self.style.corners)
-        })
-    }
-
-    fn edge_colours(&mut self, h: u32, twin: Option<u32>) -> [DVec4; 2] {
-        let level = self.level;
-        let next = level.next(h);
-        let border = level.colour_border(h);
-        [h, next].map(|end| {
-            let (v, w) = if end == h { (h, next) } else { (next, h) };
-            let (cv, cw) = (level.corner_colour(v), level.corner_colour(w));
-            let t = match twin {
-                Some(t) if !border => t,
-                _ => return border_edge(cv, cw),
-            };
-            let g = self.beside(h, t);
-            let (beside_v, beside_w) =
-                if end == h { (g.beside_v.c, g.beside_w.c) } else { (g.beside_w.c, g.beside_v.c) };
-            if !self.colour_is_extraordinary(end) {
-                return regular_edge(cv, cw, beside_v, beside_w);
-            }
-            self.colour_fan(end);
-            if self.style.irregular == Irregular::Bicubic {
-                return weighted_edge(fan_valence(&self.colours), cv, cw, beside_v, beside_w);
-            }
-            let j = spoke_index(level, &self.colours, h, end);
-            limit::edge_point(&self.colours, j, self.style.corners)
-        })
+        self.colour_fan(e.half_edge);
+        if self.style.irregular == Irregular::Bicubic {
+            return weighted_edge(fan_valence(&self.colours), e.v.c, e.w.c, e.beside.c, e.beside_far.c);
+        }
+        let j = spoke_index(self.level, &self.colours, h, e.half_edge);
+        limit::edge_point(&self.colours, j, self.style.corners)
     }
 
     /// The inner point of the corner at the origin of `h` in a bicubic patch.
@@ -442,12 +432,23 @@ impl<'a> Points<'a> {
     }
 }
 
-/// Values around an edge from `v` to `w`: position and colour each.
-struct Beside {
+/// One end of an inner edge, with what a regular edge point depends on.
+#[derive(Clone, Copy)]
+struct End {
+    /// Half-edge of the face that leaves this end.
+    half_edge: u32,
+    /// Here, and at the far end.
     v: Value,
     w: Value,
-    beside_v: Value,
-    beside_w: Value,
+    /// Neighbours of this end on both sides of the edge, summed; and of the far end.
+    beside: Value,
+    beside_far: Value,
+}
+
+impl End {
+    fn regular(&self) -> Value {
+        regular_edge(self.v, self.w, self.beside, self.beside_far)
+    }
 }
 
 /// n for a closed fan, 2 k for an open one of k faces, 4 for one face.

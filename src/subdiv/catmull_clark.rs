@@ -280,9 +280,15 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
     }
     let mut corner = vec![NONE; level.half_edges()];
     let mut side = points.edge.clone();
-    for h in 0..level.half_edges() as u32 {
+    // Few half-edges matter: those along sharp edges, and the boundary ones that start a sector.
+    let borders: Vec<u32> = (0..level.half_edges() as u32)
+        .zip(level.sharp.iter().zip(&level.twin))
+        .filter(|&(_, (&sharp, &twin))| sharp || twin == NONE)
+        .map(|(h, _)| h)
+        .collect();
+    for &h in borders.iter().filter(|&&h| level.sharp[h as usize]) {
         let to = points.edge[h as usize];
-        if level.sharp[h as usize] && to != NONE {
+        if to != NONE {
             let middle = (level.corner_colour(h) + level.corner_colour(level.next(h))) * 0.5;
             next.bits[to as usize] |= SECTORS;
             if level.twin[h as usize] < h {
@@ -293,10 +299,10 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
         }
     }
     let mut taken = vec![false; level.vertices()];
-    for h in 0..level.half_edges() as u32 {
+    for h in borders {
         let v = level.origin[h as usize] as usize;
         let to = points.vertex[v];
-        if to == NONE || level.bits[v] & SECTORS == 0 || !level.colour_border(h) {
+        if to == NONE || level.bits[v] & SECTORS == 0 {
             continue;
         }
         // `h` is the first spoke of a sector.

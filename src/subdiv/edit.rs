@@ -5,7 +5,7 @@
 //! edited vertex spreads its own colour over its quad (so that the limit interpolates it), and the two spokes
 //! of an edited sector become sharp where the colour across differs.
 
-use super::level::{vertex_bits::BOUNDARY, Level};
+use super::level::Level;
 use glam::{DVec2, DVec4};
 
 /// How a geometry edit finds its vertex and frame from a local half-edge.
@@ -163,13 +163,16 @@ fn sharpen(level: &mut Level, h: u32, settle: &mut Vec<u32>) {
     }
 }
 
-/// Marks the three edges of M^0 along an input edge as sharp for colour; `h` is the input half-edge.
+/// Marks the three edges of M^0 along an input edge as sharp for colour; `h` is the input half-edge. A boundary edge
+/// is a border for colours anyway.
 pub fn tag_sharp(level: &mut Level, h: u32) {
     debug_assert_eq!(level.level, 0);
-    let mut settle = Vec::new();
-    if level.bits[level.origin[8 * h as usize] as usize] & BOUNDARY == 0 || level.across(8 * h).is_some() {
-        sharpen(level, 8 * h, &mut settle);
+    // Slot 8 h leaves the input vertex along the edge.
+    if level.across(8 * h).is_none() {
+        return;
     }
+    let mut settle = Vec::new();
+    sharpen(level, 8 * h, &mut settle);
     for h in settle {
         level.settle_colours(h);
     }
