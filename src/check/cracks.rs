@@ -1,13 +1,18 @@
 //! Cracks: background pixels inside the surface.
 //!
-//! Inside is decided without the GPU: the outline of a patch table are the edges that only one patch has, and a
-//! pixel lies inside where the outline, with the segments that the tessellator makes of it, winds round the
-//! pixel's centre. So a crack is found wherever the surface ought to cover, holes in the mesh notwithstanding.
+//! Inside is decided without the GPU: a pixel lies inside where the boundary of the mesh, with the segments that the
+//! tessellator makes of it, winds round the pixel's centre. So a crack is found wherever the surface ought to cover,
+//! holes in the mesh notwithstanding. The boundary comes from the half-edges ([`boundary`]), not from the patches:
+//! those of a cracked surface have edges without a partner along the cracks too ([`outline`]).
 
 use crate::gpu::TessRule;
+use crate::mesh::HalfEdgeMesh;
+use crate::patch::build::face_control;
 use crate::patch::eval;
 use crate::patch::transition::{Side, PARTS};
 use crate::patch::{ControlPoint, DrawRange, PatchTable};
+use crate::refine::forest::first_slot;
+use crate::subdiv::index_map::IndexMap;
 use glam::DVec2;
 use std::collections::HashMap;
 
@@ -24,8 +29,8 @@ pub struct OutlineEdge {
     pub level: u32,
 }
 
-/// Edges that belong to one patch only, in the direction of that patch. A table without cracks has the
-/// boundary of the mesh here and nothing else.
+/// Edges that belong to one patch only, in the direction of that patch. A table without cracks has the boundary of
+/// the mesh here and nothing else.
 pub fn outline(table: &PatchTable) -> Vec<OutlineEdge> {
     let mut open: HashMap<[[u64; 2]; 4], Vec<(OutlineEdge, i32)>> = HashMap::new();
     for range in &table.ranges {
@@ -39,16 +44,43 @@ pub fn outline(table: &PatchTable) -> Vec<OutlineEdge> {
                 let bits = points.map(|p| [p.x.to_bits(), p.y.to_bits()]);
                 let mut back = bits;
                 back.reverse();
+                if bits == back {
+                    // There and back on the same line: it bounds nothing, and has no direction to pair it by.
+                    continue;
+                }
                 let (key, sign) = if bits <= back { (bits, 1) } else { (back, -1) };
                 open.entry(key).or_default().push((edge, sign));
             }
         }
     }
     let mut edges: Vec<OutlineEdge> = Vec::new();
-    for (_, seen) in open {
+    for seen in open.into_values() {
         let sum: i32 = seen.iter().map(|s| s.1).sum();
         if let Some((edge, _)) = seen.iter().find(|s| s.1 == sum.signum()) {
             edges.extend(std::iter::repeat_n(*edge, sum.unsigned_abs() as usize));
+        }
+    }
+    edges
+}
+
+/// Edges of the drawn faces that lie on the boundary of the mesh, in the direction of their faces: closed curves.
+pub fn boundary(table: &PatchTable, mesh: &HalfEdgeMesh) -> Vec<OutlineEdge> {
+    let map = IndexMap::new(mesh);
+    let mut edges = Vec::new();
+    for face in &table.faces {
+        let mut slot = first_slot(&map, face.level, face.name);
+        for _ in 0..face.turn {
+            slot = map.next(face.level, slot);
+        }
+        let mut control = Vec::new();
+        for slots in eval::FACE_EDGES {
+            if map.twin(face.level, slot).is_none() {
+                if control.is_empty() {
+                    control = face_control(table, face);
+                }
+                edges.push(OutlineEdge { points: slots.map(|s| position(&control[s])), level: face.level });
+            }
+            slot = map.next(face.level, slot);
         }
     }
     edges

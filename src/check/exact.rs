@@ -50,7 +50,9 @@ impl ExactFace {
         ExactFace::of(refinement.levels[level].clone(), face, refinement.corners)
     }
 
-    fn of(level: Level, face: u32, corners: CornerRule) -> ExactFace {
+    fn of(mut level: Level, face: u32, corners: CornerRule) -> ExactFace {
+        // Names take two bits a level, so they would overflow on the way down. Nothing here needs them.
+        level.face.fill(0);
         let regular = !irregular_face(&level, face, corners, Rules::Gradtess);
         ExactFace { level, face, corners, regular, children: None }
     }

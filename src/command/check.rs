@@ -27,7 +27,7 @@ pub struct Check {
     #[arg(long, value_name = "N", default_value_t = 8)]
     zooms: u32,
     /// Draw each view at a random level of its own, 1 to 64, each octave as likely as any other
-    #[arg(long, conflicts_with_all = ["tess", "tess_base", "pixels"])]
+    #[arg(long, conflicts_with_all = ["fixed", "base", "pixels"])]
     random_tess: bool,
     /// Seed of the random views and levels
     #[arg(long, default_value_t = 1)]
@@ -47,7 +47,9 @@ struct Report {
     /// Least and greatest level of `--random-tess`.
     #[serde(skip_serializing_if = "Option::is_none")]
     random_levels: Option<[u32; 2]>,
-    /// Edges that only one patch has: the boundary of the mesh, if nothing is wrong.
+    /// Edges of drawn faces on the boundary of the mesh.
+    boundary_edges: usize,
+    /// Edges that only one patch has: as many, if every other edge has the same control points on both sides.
     outline_edges: usize,
     /// Where the first cracks are: x, y in the model.
     first_cracks: Vec<[f64; 2]>,
@@ -82,7 +84,7 @@ impl Check {
             Some(v) => v,
             None => fit(whole, self.size)?,
         };
-        let outline = cracks::outline(&patched.table);
+        let boundary = cracks::boundary(&patched.table, &loaded.mesh);
         let gpu = Gpu::new(&global.gpu())?;
         let table = gpu.upload(&patched.table)?;
         let mut random = Random(self.seed);
@@ -111,7 +113,8 @@ impl Check {
             pixels_inside: 0,
             crack_pixels: 0,
             random_levels: levels.iter().min().zip(levels.iter().max()).map(|(&low, &high)| [low, high]),
-            outline_edges: outline.len(),
+            boundary_edges: boundary.len(),
+            outline_edges: cracks::outline(&patched.table).len(),
             first_cracks: Vec::new(),
         };
         for (i, view) in views.into_iter().enumerate() {
@@ -130,7 +133,7 @@ impl Check {
                 Pixels::Rgba32f(p) => p.chunks_exact(4).map(|p| p[3] > 0.0).collect(),
                 Pixels::Rgba8(p) => p.chunks_exact(4).map(|p| p[3] > 0).collect(),
             };
-            let segments = cracks::segments(&outline, frame.tess, view, width, height);
+            let segments = cracks::segments(&boundary, frame.tess, view, width, height);
             report.pixels_inside += cracks::winding(&segments, width, height).iter().filter(|&&n| n != 0).count();
             let found = cracks::find(&segments, &covered, width, height);
             report.crack_pixels += found.len();

@@ -298,6 +298,10 @@ impl<'a> Points<'a> {
         if self.fan_tint != tint {
             colour_fan(self.level, h, &mut self.colours);
             self.fan_tint = tint;
+            if self.style.rules == Rules::Authors {
+                // Their tool takes the smooth limit at darts.
+                self.colours.dart = None;
+            }
         }
     }
 

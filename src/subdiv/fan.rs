@@ -27,6 +27,8 @@ pub struct Fan<V> {
     pub closed: bool,
     /// Half-edges of the spokes that leave the vertex, one a face.
     pub half_edge: Vec<u32>,
+    /// Around a dart, the spoke that is sharp: its far end stays apart from the faces beside it.
+    pub dart: Option<usize>,
 }
 
 impl<V: Linear> Fan<V> {
@@ -48,6 +50,7 @@ impl<V: Linear> Fan<V> {
         self.face.clear();
         self.opposite.clear();
         self.half_edge.clear();
+        self.dart = None;
     }
 
     fn push_face(&mut self, level: &Level, h: u32, value: impl Fn(u32) -> V) {
@@ -106,6 +109,9 @@ pub fn colour_fan(level: &Level, h: u32, fan: &mut Fan<DVec4>) {
         if bits & DART != 0 {
             if let Some(t) = level.across(spoke) {
                 far = (far + at(t)) * 0.5;
+            }
+            if level.colour_border(spoke) {
+                fan.dart = Some(fan.spoke.len());
             }
         }
         fan.spoke.push(far);

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::sync::OnceLock;
 
 /// Limit of the vertex in the middle of `fan`: (B.1) with face centroids, right for n-gons; `(a + 4 v + b) / 6`
-/// in an open fan; the vertex itself where one face is a sharp corner.
+/// in an open fan; the vertex itself where one face is a sharp corner; a rule of its own at a dart.
 pub fn limit<V: Linear>(fan: &Fan<V>, corners: CornerRule) -> V {
     if !fan.closed {
         if fan.faces() == 1 && corners == CornerRule::Sharp {
@@ -15,12 +15,40 @@ pub fn limit<V: Linear>(fan: &Fan<V>, corners: CornerRule) -> V {
         let ends = fan.spoke[0] + fan.spoke[fan.spoke.len() - 1];
         return ends * (1.0 / 6.0) + fan.centre * (4.0 / 6.0);
     }
+    if let Some(sharp) = fan.dart {
+        let (own, rest, total) = dart_weights(fan, sharp);
+        return (fan.centre * own + rest) * (1.0 / total);
+    }
     let n = fan.faces() as f64;
     let mut sum = V::default();
     for (spoke, face) in fan.spoke.iter().zip(&fan.face) {
         sum = sum + (fan.centre + *spoke) * 0.5 + *face;
     }
     fan.centre * ((n - 3.0) / (n + 5.0)) + sum * (4.0 / (n * (n + 5.0)))
+}
+
+/// The limit at a dart, where the smooth rule (B.1) is off by about a hundredth of the jump: the far end of the
+/// sharp spoke does not hear of the faces beside it. Weight of the vertex, weighted sum of the ring, sum of weights.
+///
+/// The weights are the left eigenvector of the ring's step. With the vertex at n^2, spoke i from the sharp one has
+/// b_i where `7 b_i = 20 + b_(i-1) + b_(i+1)`, b_0 = b_n = 0, face corner i has `c_i = (4 + b_i + b_(i+1)) / 12`, and
+/// each side of the sharp spoke `1 + 2 c_0`. Without a sharp spoke b would be 4 and c 1, which is (B.1).
+fn dart_weights<V: Linear>(fan: &Fan<V>, sharp: usize) -> (f64, V, f64) {
+    let n = fan.faces();
+    // b - 4 solves x_(i-1) + x_(i+1) = 7 x_i.
+    let rate = 3.5f64.acosh();
+    let half = 0.5 * n as f64;
+    let spoke = |i: usize| 4.0 - 4.0 * ((i as f64 - half) * rate).cosh() / (half * rate).cosh();
+    let corner = |i: usize| (4.0 + spoke(i) + spoke(i + 1)) / 12.0;
+    let own = (n * n) as f64;
+    let (mut rest, mut total) = (V::default(), own);
+    for i in 0..n {
+        let k = (sharp + i) % n;
+        let along = if i == 0 { 2.0 * (1.0 + 2.0 * corner(0)) } else { spoke(i) };
+        rest = rest + fan.spoke[k] * along + fan.opposite[k] * corner(i);
+        total += along + corner(i);
+    }
+    (own, rest, total)
 }
 
 /// The control value that gives the limit `wanted` while the neighbours stay: (B.2) and its boundary forms.
@@ -32,6 +60,10 @@ pub fn control_for_limit<V: Linear>(fan: &Fan<V>, face_valence: &[u32], wanted: 
         }
         let ends = fan.spoke[0] + fan.spoke[fan.spoke.len() - 1];
         return (wanted * 6.0 - ends) * 0.25;
+    }
+    if let Some(sharp) = fan.dart {
+        let (own, rest, total) = dart_weights(fan, sharp);
+        return (wanted * total - rest) * (1.0 / own);
     }
     let n = fan.faces() as f64;
     let weight = 4.0 / (n * (n + 5.0));
@@ -181,6 +213,7 @@ mod tests {
             face: vec![DVec2::new(0.5, 0.5), DVec2::new(-0.5, 0.5)],
             closed: false,
             half_edge: vec![0, 1],
+            dart: None,
         };
         assert_eq!(limit(&fan, CornerRule::Sharp), DVec2::ZERO);
         assert!((edge_point(&fan, 0, CornerRule::Sharp) - DVec2::X / 3.0).length() < 1e-15);
