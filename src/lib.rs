@@ -136,3 +136,4 @@ pub mod patch;
 pub mod refine;
 pub mod scene;
 pub mod subdiv;
+pub mod timing;

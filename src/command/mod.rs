@@ -1,5 +1,6 @@
 //! The command line: a contract of names, flags, exit codes and JSON.
 
+mod bench;
 mod check;
 mod convert;
 mod devices;
@@ -72,6 +73,8 @@ enum Command {
     Sample(sample::Sample),
     /// Look for cracks: background pixels inside the surface
     Check(check::Check),
+    /// Capture frame timings by a stated protocol
+    Bench(Box<bench::Bench>),
     /// Between scene formats, told by the extension of OUT
     Convert(convert::Convert),
     /// Vulkan devices and what they lack
@@ -199,6 +202,7 @@ pub fn main() -> ExitCode {
         Command::Patches(c) => c.run(g),
         Command::Sample(c) => c.run(g),
         Command::Check(c) => c.run(g),
+        Command::Bench(c) => c.run(g),
         Command::Convert(c) => c.run(g),
         Command::Devices => devices::run(g),
     };

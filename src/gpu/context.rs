@@ -3,6 +3,7 @@
 use super::device::{Candidate, DeviceInfo, Optional};
 use super::error::{GpuError, Named};
 use super::instance::{c_name, Instance};
+use ash::extensions::ext::CalibratedTimestamps;
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::rc::Rc;
@@ -15,6 +16,8 @@ pub(super) struct Context {
     pub optional: Optional,
     pub info: DeviceInfo,
     pub physical: vk::PhysicalDevice,
+    /// Present when the device has the extension.
+    pub calibrated: Option<CalibratedTimestamps>,
     pool: vk::CommandPool,
     // Emptied in Drop, before the device goes.
     allocator: Mutex<Option<Allocator>>,
@@ -43,7 +46,12 @@ impl Context {
             .fill_mode_non_solid(optional.wire)
             .pipeline_statistics_query(optional.statistics)
             .vertex_pipeline_stores_and_atomics(optional.readback);
-        let create = vk::DeviceCreateInfo::builder().queue_create_infos(&queues).enabled_features(&features);
+        let extensions: &[_] =
+            if optional.calibrated { &[vk::ExtCalibratedTimestampsFn::name().as_ptr()] } else { &[] };
+        let create = vk::DeviceCreateInfo::builder()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(extensions)
+            .enabled_features(&features);
         // SAFETY: the queue family and the features were found on this very device; the pointers live until the call returns.
         let device =
             unsafe { instance.handle.create_device(handle, &create, None) }.named("vkCreateDevice", &info.name)?;
@@ -71,6 +79,7 @@ impl Context {
             optional,
             info,
             physical: handle,
+            calibrated: optional.calibrated.then(|| CalibratedTimestamps::new(&instance.entry, &instance.handle)),
             pool: vk::CommandPool::null(),
             allocator: Mutex::new(None),
             instance,

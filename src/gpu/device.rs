@@ -4,6 +4,7 @@ use super::error::{GpuError, Named};
 use super::instance::{name_of, Instance};
 use ash::vk;
 use serde::Serialize;
+use std::ffi::CStr;
 
 /// A Vulkan device as `gradtess devices` and `run.json` show it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -18,6 +19,10 @@ pub struct DeviceInfo {
     pub api: String,
     /// Name and description of the driver; empty where the device is older than Vulkan 1.2.
     pub driver: String,
+    /// Name of the driver alone.
+    pub driver_name: String,
+    /// Its description alone.
+    pub driver_info: String,
     /// The driver's own version number, undecoded.
     pub driver_version: u32,
     /// PCI vendor, or a Khronos id.
@@ -63,6 +68,7 @@ pub(super) struct Optional {
     pub wire: bool,
     pub statistics: bool,
     pub readback: bool,
+    pub calibrated: bool,
 }
 
 /// A device that can be taken.
@@ -121,6 +127,7 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
         wire: features.fill_mode_non_solid == vk::TRUE,
         statistics: features.pipeline_statistics_query == vk::TRUE,
         readback: features.vertex_pipeline_stores_and_atomics == vk::TRUE,
+        calibrated: has_extension(instance, handle, vk::ExtCalibratedTimestampsFn::name()),
     };
     let valid_bits = queue_family.map_or(0, |q| families[q].timestamp_valid_bits);
     let mut without = Vec::new();
@@ -133,7 +140,9 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
     lose(optional.statistics, "pipelineStatisticsQuery: no invocation counts");
     lose(optional.readback, "vertexPipelineStoresAndAtomics: no read-back of evaluated points");
     lose(valid_bits > 0, "timestamps: no GPU times");
+    lose(optional.calibrated, "VK_EXT_calibrated_timestamps: GPU times are not on the host's clock");
 
+    let (driver_name, driver_info) = driver(instance, handle, properties.api_version);
     let info = DeviceInfo {
         index,
         name: name_of(&properties.device_name).to_string_lossy().into_owned(),
@@ -145,7 +154,9 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
             _ => "other",
         },
         api: version(properties.api_version),
-        driver: driver(instance, handle, properties.api_version),
+        driver: format!("{driver_name} {driver_info}").trim().to_owned(),
+        driver_name,
+        driver_info,
         driver_version: properties.driver_version,
         vendor_id: properties.vendor_id,
         device_id: properties.device_id,
@@ -174,20 +185,26 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
     Candidate { handle, queue_family: queue_family.unwrap_or(0) as u32, optional, info }
 }
 
+fn has_extension(instance: &Instance, handle: vk::PhysicalDevice, name: &CStr) -> bool {
+    // SAFETY: the handle comes from this instance.
+    let all = unsafe { instance.handle.enumerate_device_extension_properties(handle) };
+    all.is_ok_and(|all| all.iter().any(|e| name_of(&e.extension_name) == name))
+}
+
 fn version(v: u32) -> String {
     format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v))
 }
 
-fn driver(instance: &Instance, handle: vk::PhysicalDevice, device_api: u32) -> String {
+fn driver(instance: &Instance, handle: vk::PhysicalDevice, device_api: u32) -> (String, String) {
     if instance.api < vk::API_VERSION_1_2 || device_api < vk::API_VERSION_1_2 {
-        return String::new();
+        return (String::new(), String::new());
     }
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut properties = vk::PhysicalDeviceProperties2::builder().push_next(&mut driver);
     // SAFETY: the chained structure belongs to Vulkan 1.2, which both sides have.
     unsafe { instance.handle.get_physical_device_properties2(handle, &mut properties) };
-    let (name, info) = (name_of(&driver.driver_name), name_of(&driver.driver_info));
-    format!("{} {}", name.to_string_lossy(), info.to_string_lossy()).trim().to_owned()
+    let text = |name| name_of(name).to_string_lossy().into_owned();
+    (text(&driver.driver_name), text(&driver.driver_info))
 }
 
 /// Takes the device asked for (its index, or a part of its name in any case), or else the usable one that is
@@ -243,6 +260,8 @@ mod tests {
             kind,
             api: String::new(),
             driver: String::new(),
+            driver_name: String::new(),
+            driver_info: String::new(),
             driver_version: 0,
             vendor_id: 0,
             device_id: 0,

@@ -5,7 +5,7 @@ use super::error::GpuError;
 use super::layout::{part_codes, Push};
 use super::memory::bytes_of;
 use super::pipeline::{Fill, PipelineKey, Pipelines, PUSH_STAGES};
-use super::query::{GpuTimes, Scope, Statistics, StatisticsQuery, Timestamps};
+use super::query::{GpuSpan, GpuTimes, Scope, Statistics, StatisticsQuery, Timestamps};
 use super::show::{level_colour, patch_colour, Show, WIRE_COLOUR};
 use super::table::DeviceTable;
 use super::target::{PassKey, Target};
@@ -145,30 +145,61 @@ struct Step {
     most: u32,
 }
 
+/// What a frame needs whatever the table: target, commands, queries. [`PreparedFrame::into_canvas`] gets it back, for the
+/// frame's next table.
+pub struct Canvas {
+    context: Rc<Context>,
+    frame: Frame,
+    pass: PassKey,
+    target: Target,
+    commands: Commands,
+    timestamps: Option<Timestamps>,
+    // The pass that draws each scope after the first, when scopes are kept apart.
+    over: Option<vk::RenderPass>,
+}
+
+impl Canvas {
+    pub(super) fn new(
+        context: &Rc<Context>,
+        pipelines: &Pipelines,
+        frame: &Frame,
+        isolated: bool,
+    ) -> Result<Canvas, GpuError> {
+        frame.check()?;
+        let format = frame.target_format();
+        let pass = PassKey::Colour { format, samples: frame.samples };
+        if isolated && frame.samples != 1 {
+            return Err(GpuError::Request("kinds are kept apart at one sample a pixel only; use 1 sample".to_owned()));
+        }
+        Ok(Canvas {
+            target: Target::new(context, &pipelines.passes, pass, [frame.width, frame.height])?,
+            commands: Commands::new(context, "frame")?,
+            timestamps: Timestamps::new(context, vec![Scope::Frame])?,
+            over: if isolated { Some(pipelines.passes.get(PassKey::Over { format })?) } else { None },
+            context: Rc::clone(context),
+            frame: frame.clone(),
+            pass,
+        })
+    }
+}
+
 /// A frame with everything that can be made beforehand: pipelines, target, queries, push constants.
 pub struct PreparedFrame<'t> {
-    context: Rc<Context>,
+    canvas: Canvas,
     table: &'t DeviceTable,
-    frame: Frame,
-    target: Target,
     steps: Vec<Step>,
     // Of each run of steps; the frame's own pair of timestamps is the last.
     scopes: Vec<Scope>,
     layout: vk::PipelineLayout,
-    commands: Commands,
-    timestamps: Option<Timestamps>,
 }
 
 impl<'t> PreparedFrame<'t> {
     pub(super) fn new(
-        context: &Rc<Context>,
+        mut canvas: Canvas,
         pipelines: &Pipelines,
         table: &'t DeviceTable,
-        frame: &Frame,
     ) -> Result<PreparedFrame<'t>, GpuError> {
-        frame.check()?;
-        let pass = PassKey::Colour { format: frame.target_format(), samples: frame.samples };
-        let target = Target::new(context, &pipelines.passes, pass, [frame.width, frame.height])?;
+        let frame = &canvas.frame;
         let fills: &[Fill] = match frame.show {
             Show::Wire => &[Fill::Wire],
             Show::SurfaceWire => &[Fill::Surface, Fill::Wire],
@@ -184,27 +215,34 @@ impl<'t> PreparedFrame<'t> {
                 }
                 steps.push(Step {
                     scope: scopes.len() - 1,
-                    pipeline: pipelines.get(PipelineKey::of(range, fill, pass))?,
+                    pipeline: pipelines.get(PipelineKey::of(range, fill, canvas.pass))?,
                     push: push_of(frame, range, fill),
                     first: range.first,
                     count: range.count * range.stride() as u32,
-                    most: most_patches(context, frame.tess, range).saturating_mul(range.stride() as u32),
+                    most: most_patches(&canvas.context, frame.tess, range).saturating_mul(range.stride() as u32),
                 });
             }
         }
         let mut pairs = scopes.clone();
         pairs.push(Scope::Frame);
-        Ok(PreparedFrame {
-            target,
-            steps,
-            scopes,
-            layout: pipelines.layout,
-            commands: Commands::new(context, "frame")?,
-            timestamps: Timestamps::new(context, pairs)?,
-            context: Rc::clone(context),
-            table,
-            frame: frame.clone(),
-        })
+        canvas.timestamps = match canvas.timestamps.take() {
+            Some(timestamps) => timestamps.again(pairs)?,
+            None => None,
+        };
+        Ok(PreparedFrame { canvas, table, steps, scopes, layout: pipelines.layout })
+    }
+
+    /// Lets go of the table and keeps the rest.
+    pub fn into_canvas(self) -> Canvas {
+        self.canvas
+    }
+
+    /// When each kind was drawn in the last run, the whole frame last; empty on a device without timestamps.
+    ///
+    /// # Errors
+    /// A call failed.
+    pub fn spans(&self) -> Result<Vec<GpuSpan>, GpuError> {
+        self.canvas.timestamps.as_ref().map_or(Ok(Vec::new()), Timestamps::spans)
     }
 
     /// Draws the frame and waits for it. With `read`, the picture is copied to the host, for [`PreparedFrame::pixels`];
@@ -213,8 +251,8 @@ impl<'t> PreparedFrame<'t> {
     /// # Errors
     /// A call failed, or the device was lost.
     pub fn run(&self, read: bool) -> Result<FrameTimes, GpuError> {
-        let submission = self.commands.run(|commands| {
-            let timestamps = self.timestamps.as_ref();
+        let submission = self.canvas.commands.run(|commands| {
+            let timestamps = self.canvas.timestamps.as_ref();
             let whole = self.scopes.len();
             if let Some(timestamps) = timestamps {
                 timestamps.record_reset(commands);
@@ -225,11 +263,11 @@ impl<'t> PreparedFrame<'t> {
                 timestamps.record_end(commands, whole);
             }
             if read {
-                self.target.record_copy(commands);
+                self.canvas.target.record_copy(commands);
             }
             Ok(())
         })?;
-        let mut gpu = match &self.timestamps {
+        let mut gpu = match &self.canvas.timestamps {
             Some(timestamps) => timestamps.read()?,
             None => GpuTimes::default(),
         };
@@ -247,8 +285,8 @@ impl<'t> PreparedFrame<'t> {
     /// # Errors
     /// [`GpuError::Lacks`] without the feature; or as [`PreparedFrame::run`].
     pub fn statistics(&self) -> Result<Statistics, GpuError> {
-        let query = StatisticsQuery::new(&self.context)?;
-        self.commands.run(|commands| {
+        let query = StatisticsQuery::new(&self.canvas.context)?;
+        self.canvas.commands.run(|commands| {
             query.record_begin(commands);
             self.record_pass(commands, None);
             query.record_end(commands);
@@ -262,39 +300,44 @@ impl<'t> PreparedFrame<'t> {
     /// # Errors
     /// The host cannot see the memory.
     pub fn pixels(&self) -> Result<Pixels, GpuError> {
-        let bytes = self.target.pixels()?;
-        if self.frame.target_format() == vk::Format::R8G8B8A8_UNORM {
+        let bytes = self.canvas.target.pixels()?;
+        if self.canvas.frame.target_format() == vk::Format::R8G8B8A8_UNORM {
             return Ok(Pixels::Rgba8(bytes.to_vec()));
         }
         let mut floats: Vec<f32> =
             bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
-        if self.frame.translucent() {
+        if self.canvas.frame.translucent() {
             straighten(&mut floats);
         }
-        Ok(match self.frame.format {
+        Ok(match self.canvas.frame.format {
             Format::Rgba8 => Pixels::Rgba8(floats.into_iter().map(to_byte).collect()),
             Format::Rgba32f => Pixels::Rgba32f(floats),
         })
     }
 
     fn record_pass(&self, commands: vk::CommandBuffer, timestamps: Option<&Timestamps>) {
-        let context = &self.context;
-        let [width, height] = self.target.extent;
+        let context = &self.canvas.context;
+        let [width, height] = self.canvas.target.extent;
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
-        let [r, g, b, a] = self.frame.background.unwrap_or([0.0; 4]);
+        let [r, g, b, a] = self.canvas.frame.background.unwrap_or([0.0; 4]);
         let clear = [vk::ClearValue { color: vk::ClearColorValue { float32: [r * a, g * a, b * a, a] } }; 2];
-        let begin = vk::RenderPassBeginInfo::builder()
-            .render_pass(self.target.pass)
-            .framebuffer(self.target.framebuffer)
-            .render_area(area)
-            .clear_values(&clear);
+        let begin_pass = |pass| {
+            let begin = vk::RenderPassBeginInfo::builder()
+                .render_pass(pass)
+                .framebuffer(self.canvas.target.framebuffer)
+                .render_area(area)
+                .clear_values(&clear);
+            // SAFETY: recording; pass and framebuffer are compatible and outlive the submission, which is waited for.
+            unsafe { context.device.cmd_begin_render_pass(commands, &begin, vk::SubpassContents::INLINE) };
+        };
+        // SAFETY: recording, in a render pass.
+        let end_pass = || unsafe { context.device.cmd_end_render_pass(commands) };
         let viewport =
             vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
         context.begin_label(commands, "frame");
-        // SAFETY: recording; pass, framebuffer, buffers, pipelines and layout belong together (`new`), the index ranges
-        // were checked when the table was uploaded, and all of them outlive the submission, which is waited for.
+        // SAFETY: recording; buffers, pipelines and layout belong together (`new`), the index ranges were checked when
+        // the table was uploaded, and all of them outlive the submission, which is waited for.
         unsafe {
-            context.device.cmd_begin_render_pass(commands, &begin, vk::SubpassContents::INLINE);
             context.device.cmd_set_viewport(commands, 0, &[viewport]);
             context.device.cmd_set_scissor(commands, 0, &[area]);
             if let Some(buffers) = &self.table.buffers {
@@ -302,11 +345,19 @@ impl<'t> PreparedFrame<'t> {
                 context.device.cmd_bind_index_buffer(commands, buffers.indices.handle, 0, vk::IndexType::UINT32);
             }
         }
+        // Kept apart, every scope has a pass of its own between two barriers.
+        let over = self.canvas.over;
+        if over.is_none() || self.scopes.is_empty() {
+            begin_pass(self.canvas.target.pass);
+        }
         let mut bound = vk::Pipeline::null();
         for (scope, kind) in self.scopes.iter().enumerate() {
             context.begin_label(commands, kind.label());
             if let Some(timestamps) = timestamps {
                 timestamps.record_begin(commands, scope);
+            }
+            if let Some(over) = over {
+                begin_pass(if scope == 0 { self.canvas.target.pass } else { over });
             }
             for step in self.steps.iter().filter(|step| step.scope == scope) {
                 // SAFETY: as above.
@@ -323,14 +374,38 @@ impl<'t> PreparedFrame<'t> {
                     }
                 }
             }
+            if over.is_some() {
+                end_pass();
+                full_barrier(context, commands);
+            }
             if let Some(timestamps) = timestamps {
                 timestamps.record_end(commands, scope);
             }
             context.end_label(commands);
         }
-        // SAFETY: as above.
-        unsafe { context.device.cmd_end_render_pass(commands) };
+        if over.is_none() || self.scopes.is_empty() {
+            end_pass();
+        }
         context.end_label(commands);
+    }
+}
+
+/// Everything before is finished and visible before anything after begins. Outside a render pass.
+fn full_barrier(context: &Context, commands: vk::CommandBuffer) {
+    let all = vk::MemoryBarrier::builder()
+        .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
+        .dst_access_mask(vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE);
+    // SAFETY: recording, outside a render pass.
+    unsafe {
+        context.device.cmd_pipeline_barrier(
+            commands,
+            vk::PipelineStageFlags::ALL_COMMANDS,
+            vk::PipelineStageFlags::ALL_COMMANDS,
+            vk::DependencyFlags::empty(),
+            &[all.build()],
+            &[],
+            &[],
+        );
     }
 }
 

@@ -31,7 +31,7 @@ type Log = Mutex<Vec<Message>>;
 
 pub(super) struct Instance {
     // Holds the loader's library open.
-    _entry: ash::Entry,
+    pub entry: ash::Entry,
     pub handle: ash::Instance,
     /// Present when the loader has the extension: names, labels, and with validation the messenger.
     pub debug: Option<DebugUtils>,
@@ -106,7 +106,7 @@ impl Instance {
 
         let mut instance = Instance {
             debug: debug_utils.then(|| DebugUtils::new(&entry, &handle)),
-            _entry: entry,
+            entry,
             handle,
             api,
             messenger: vk::DebugUtilsMessengerEXT::null(),

@@ -13,6 +13,7 @@
 //! * Errors name the call and the object ([`GpuError`]).
 #![allow(unsafe_code)] // Vulkan is a C interface; every block says why it is sound.
 
+mod calibrate;
 mod canary;
 mod context;
 mod device;
@@ -30,12 +31,13 @@ mod table;
 mod target;
 mod tess;
 
+pub use calibrate::Calibration;
 pub use canary::{Canary, CANARIES};
 pub use device::{DeviceInfo, Limits};
-pub use draw::{Format, Frame, FrameTimes, Pixels, PreparedFrame, Rendered};
+pub use draw::{Canvas, Format, Frame, FrameTimes, Pixels, PreparedFrame, Rendered};
 pub use error::GpuError;
 pub use instance::Message;
-pub use query::{GpuTimes, Statistics};
+pub use query::{GpuSpan, GpuTimes, Statistics};
 pub use readback::EvaluatedPoint;
 pub use show::{level_colour, patch_colour, Show, WIRE_COLOUR};
 pub use table::DeviceTable;
@@ -116,7 +118,40 @@ impl Gpu {
     /// # Errors
     /// The frame is senseless or too large, the device lacks a feature it needs, or memory ran out.
     pub fn prepare<'t>(&self, table: &'t DeviceTable, frame: &Frame) -> Result<PreparedFrame<'t>, GpuError> {
-        PreparedFrame::new(&self.context, &self.pipelines, table, frame)
+        PreparedFrame::new(Canvas::new(&self.context, &self.pipelines, frame, false)?, &self.pipelines, table)
+    }
+
+    /// As [`Gpu::prepare`], with every kind of patch in a render pass of its own and a full barrier after it, so that the
+    /// GPU times of the kinds do not overlap. Slower than the frame it stands for.
+    ///
+    /// # Errors
+    /// As [`Gpu::prepare`]; or the frame has more than one sample a pixel.
+    pub fn prepare_isolated<'t>(&self, table: &'t DeviceTable, frame: &Frame) -> Result<PreparedFrame<'t>, GpuError> {
+        PreparedFrame::new(Canvas::new(&self.context, &self.pipelines, frame, true)?, &self.pipelines, table)
+    }
+
+    /// The frame of `canvas` with another table, or with the same one after [`Gpu::update`].
+    ///
+    /// # Errors
+    /// As [`Gpu::prepare`].
+    pub fn prepare_again<'t>(&self, canvas: Canvas, table: &'t DeviceTable) -> Result<PreparedFrame<'t>, GpuError> {
+        PreparedFrame::new(canvas, &self.pipelines, table)
+    }
+
+    /// Puts another table into the buffers of `into`, which grow when they have to: what a frame after an edit does.
+    ///
+    /// # Errors
+    /// As [`Gpu::upload`]; `into` is empty then.
+    pub fn update(&self, into: &mut DeviceTable, table: &PatchTable) -> Result<(), GpuError> {
+        table::update(&self.context, table, into)
+    }
+
+    /// Where the device's timestamps stand on the host's clock; `None` where the driver cannot say.
+    ///
+    /// # Errors
+    /// A call failed.
+    pub fn calibrate(&self) -> Result<Option<Calibration>, GpuError> {
+        self.context.calibrate()
     }
 
     /// Draws a picture: [`Gpu::prepare`], one run, and the statistics if asked for.

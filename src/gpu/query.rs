@@ -66,6 +66,17 @@ impl GpuTimes {
     }
 }
 
+/// One stretch of a frame on the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GpuSpan {
+    /// What it encloses: `frame`, or the kind of patch as in captures.
+    pub label: &'static str,
+    /// First timestamp, in ticks of the device; [`super::Calibration`] turns it into host time.
+    pub begin_ticks: u64,
+    /// Length, ns.
+    pub ns: u64,
+}
+
 /// Counts of one frame, from pipeline-statistics queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Statistics {
@@ -92,6 +103,8 @@ pub(super) struct Timestamps {
     context: Rc<Context>,
     pool: vk::QueryPool,
     scopes: Vec<Scope>,
+    // Pairs the pool has room for.
+    room: usize,
 }
 
 impl Timestamps {
@@ -106,7 +119,17 @@ impl Timestamps {
         // SAFETY: the device is alive, the count is not 0.
         let pool = unsafe { context.device.create_query_pool(&info, None) }.named("vkCreateQueryPool", "timestamps")?;
         context.name(pool, "timestamps");
-        Ok(Some(Timestamps { context: Rc::clone(context), pool, scopes }))
+        let room = scopes.len();
+        Ok(Some(Timestamps { context: Rc::clone(context), pool, scopes, room }))
+    }
+
+    /// The same pool with other pairs, or a new one if it has not room for them.
+    pub fn again(mut self, scopes: Vec<Scope>) -> Result<Option<Timestamps>, GpuError> {
+        if scopes.is_empty() || scopes.len() > self.room {
+            return Timestamps::new(&self.context, scopes);
+        }
+        self.scopes = scopes;
+        Ok(Some(self))
     }
 
     /// Resets all pairs. Outside a render pass.
@@ -134,6 +157,24 @@ impl Timestamps {
 
     /// Sums the pairs by scope. The submission has been waited for.
     pub fn read(&self) -> Result<GpuTimes, GpuError> {
+        let mut times = GpuTimes::default();
+        for (scope, _, ns) in self.pairs()? {
+            times.add(scope, ns);
+        }
+        Ok(times)
+    }
+
+    /// Every pair that was written, in order. The submission has been waited for.
+    pub fn spans(&self) -> Result<Vec<GpuSpan>, GpuError> {
+        let pairs = self.pairs()?;
+        Ok(pairs
+            .into_iter()
+            .map(|(scope, begin_ticks, ns)| GpuSpan { label: scope.label(), begin_ticks, ns })
+            .collect())
+    }
+
+    /// Scope, first timestamp and length in ns.
+    fn pairs(&self) -> Result<Vec<(Scope, u64, u64)>, GpuError> {
         // Value and availability of each.
         let mut words = vec![[0u64; 2]; 2 * self.scopes.len()];
         let count = words.len() as u32;
@@ -149,15 +190,16 @@ impl Timestamps {
         }
         .named("vkGetQueryPoolResults", "timestamps")?;
         let limits = &self.context.info.limits;
-        let mut times = GpuTimes::default();
+        let mut pairs = Vec::with_capacity(self.scopes.len());
         for (i, &scope) in self.scopes.iter().enumerate() {
             let [[begin, begun], [end, ended]] = [words[2 * i], words[2 * i + 1]];
             if begun != 0 && ended != 0 {
                 let ticks = ticks_between(begin, end, limits.timestamp_valid_bits);
-                times.add(scope, (ticks as f64 * f64::from(limits.timestamp_period_ns)).round() as u64);
+                let ns = (ticks as f64 * f64::from(limits.timestamp_period_ns)).round() as u64;
+                pairs.push((scope, ticks_between(0, begin, limits.timestamp_valid_bits), ns));
             }
         }
-        Ok(times)
+        Ok(pairs)
     }
 }
 
@@ -169,7 +211,7 @@ impl Drop for Timestamps {
 }
 
 /// Ticks from one timestamp to a later one, of which only the low `bits` count; they may have wrapped once.
-fn ticks_between(begin: u64, end: u64, bits: u32) -> u64 {
+pub(super) fn ticks_between(begin: u64, end: u64, bits: u32) -> u64 {
     let mask = if bits >= 64 { u64::MAX } else { (1 << bits) - 1 };
     end.wrapping_sub(begin) & mask
 }

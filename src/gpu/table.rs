@@ -2,7 +2,7 @@
 
 use super::context::{Commands, Context};
 use super::error::GpuError;
-use super::memory::{bytes_of, Buffer, Plain};
+use super::memory::{bytes_of, Buffer};
 use super::query::{Scope, Timestamps};
 use crate::patch::pack::pack;
 use crate::patch::transition::PARTS;
@@ -19,6 +19,8 @@ pub struct DeviceTable {
     pub(super) buffers: Option<TableBuffers>,
     pub(super) upload_ns: Option<u64>,
     bytes: u64,
+    // What the next update can use again; only of tables that are updated.
+    uploader: Option<Uploader>,
 }
 
 pub(super) struct TableBuffers {
@@ -45,63 +47,110 @@ impl DeviceTable {
 
 /// Checks the table, casts it to f32 and copies it to the device through staging buffers.
 pub(super) fn upload(context: &Rc<Context>, table: &PatchTable) -> Result<DeviceTable, GpuError> {
+    let mut made = DeviceTable { ranges: Vec::new(), buffers: None, upload_ns: None, bytes: 0, uploader: None };
+    fill(context, table, &mut made, 0)?;
+    made.uploader = None;
+    Ok(made)
+}
+
+/// As [`upload`], into the buffers of an earlier table as far as they are large enough. After an error the table is empty.
+pub(super) fn update(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable) -> Result<(), GpuError> {
+    // A quarter more than needed: an edit that refines a little more finds room.
+    fill(context, table, into, 4)
+}
+
+/// `spare`: new buffers are larger by one part in this many; 0: not larger.
+fn fill(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable, spare: u64) -> Result<(), GpuError> {
+    let (uploader, buffers) = (into.uploader.take(), into.buffers.take());
+    into.ranges.clear();
+    (into.upload_ns, into.bytes) = (None, 0);
     check(table, context.info.limits.max_index)?;
     let packed = pack(table);
-    let bytes = (size_of_val(&packed.control[..]) + size_of_val(&packed.indices[..])) as u64;
-    let mut device_table = DeviceTable { ranges: table.ranges.clone(), buffers: None, upload_ns: None, bytes };
-    if packed.control.is_empty() || packed.indices.is_empty() {
-        return Ok(device_table);
+    let (control, indices) = (bytes_of(&packed.control), bytes_of(&packed.indices));
+    if !control.is_empty() && !indices.is_empty() {
+        let room = |bytes: &[u8]| {
+            let size = bytes.len() as u64;
+            size + size.checked_div(spare).unwrap_or(0)
+        };
+        let fits = |buffer: &Buffer, bytes: &[u8]| buffer.size >= bytes.len() as u64;
+        let on_device = |name: &str, bytes: &[u8], usage| {
+            let usage = usage | vk::BufferUsageFlags::TRANSFER_DST;
+            Buffer::new(context, name, room(bytes), usage, MemoryLocation::GpuOnly)
+        };
+        let mut uploader = match uploader {
+            Some(u) if fits(&u.control, control) && fits(&u.indices, indices) => u,
+            _ => Uploader::new(context, room(control), room(indices))?,
+        };
+        let buffers = match buffers {
+            Some(b) if fits(&b.control, control) && fits(&b.indices, indices) => b,
+            _ => TableBuffers {
+                control: on_device("control points", control, vk::BufferUsageFlags::VERTEX_BUFFER)?,
+                indices: on_device("patch indices", indices, vk::BufferUsageFlags::INDEX_BUFFER)?,
+            },
+        };
+        into.upload_ns = uploader.copy(context, &buffers, control, indices)?;
+        (into.buffers, into.uploader) = (Some(buffers), Some(uploader));
     }
-    let control = Upload::new(context, "control points", &packed.control, vk::BufferUsageFlags::VERTEX_BUFFER)?;
-    let indices = Upload::new(context, "patch indices", &packed.indices, vk::BufferUsageFlags::INDEX_BUFFER)?;
-    let timestamps = Timestamps::new(context, vec![Scope::Frame])?;
-    Commands::new(context, "upload")?.run(|commands| {
-        context.begin_label(commands, "upload");
-        if let Some(timestamps) = &timestamps {
-            timestamps.record_reset(commands);
-            timestamps.record_begin(commands, 0);
-        }
-        control.record(context, commands);
-        indices.record(context, commands);
-        if let Some(timestamps) = &timestamps {
-            timestamps.record_end(commands, 0);
-        }
-        // The fence that is waited for makes the copies visible to every later submission.
-        context.end_label(commands);
-        Ok(())
-    })?;
-    device_table.upload_ns = match timestamps {
-        Some(timestamps) => timestamps.read()?.frame_ns,
-        None => None,
-    };
-    device_table.buffers = Some(TableBuffers { control: control.buffer, indices: indices.buffer });
-    Ok(device_table)
+    into.bytes = (control.len() + indices.len()) as u64;
+    into.ranges.extend_from_slice(&table.ranges);
+    Ok(())
 }
 
-struct Upload {
-    staging: Buffer,
-    buffer: Buffer,
+/// Staging buffers and what records the copies out of them.
+struct Uploader {
+    control: Buffer,
+    indices: Buffer,
+    commands: Commands,
+    timestamps: Option<Timestamps>,
 }
 
-impl Upload {
-    fn new<T: Plain>(
-        context: &Rc<Context>,
-        name: &str,
-        data: &[T],
-        usage: vk::BufferUsageFlags,
-    ) -> Result<Upload, GpuError> {
-        let size = bytes_of(data).len() as u64;
-        let usage = usage | vk::BufferUsageFlags::TRANSFER_DST;
-        Ok(Upload {
-            staging: Buffer::staging(context, &format!("{name} staging"), data)?,
-            buffer: Buffer::new(context, name, size, usage, MemoryLocation::GpuOnly)?,
+impl Uploader {
+    fn new(context: &Rc<Context>, control: u64, indices: u64) -> Result<Uploader, GpuError> {
+        let staging = |name: &str, size: u64| {
+            Buffer::new(context, name, size, vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu)
+        };
+        Ok(Uploader {
+            control: staging("control points staging", control)?,
+            indices: staging("patch indices staging", indices)?,
+            commands: Commands::new(context, "upload")?,
+            timestamps: Timestamps::new(context, vec![Scope::Frame])?,
         })
     }
 
-    fn record(&self, context: &Context, commands: vk::CommandBuffer) {
-        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: self.buffer.size };
-        // SAFETY: recording; both buffers have this size.
-        unsafe { context.device.cmd_copy_buffer(commands, self.staging.handle, self.buffer.handle, &[region]) };
+    /// Copies both and waits; GPU time in ns.
+    fn copy(
+        &mut self,
+        context: &Context,
+        to: &TableBuffers,
+        control: &[u8],
+        indices: &[u8],
+    ) -> Result<Option<u64>, GpuError> {
+        self.control.write(control)?;
+        self.indices.write(indices)?;
+        self.commands.run(|commands| {
+            context.begin_label(commands, "upload");
+            if let Some(timestamps) = &self.timestamps {
+                timestamps.record_reset(commands);
+                timestamps.record_begin(commands, 0);
+            }
+            for (from, to, size) in
+                [(&self.control, &to.control, control.len()), (&self.indices, &to.indices, indices.len())]
+            {
+                let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: size as u64 };
+                // SAFETY: recording; both buffers have at least this size, and no submission uses either.
+                unsafe { context.device.cmd_copy_buffer(commands, from.handle, to.handle, &[region]) };
+            }
+            if let Some(timestamps) = &self.timestamps {
+                timestamps.record_end(commands, 0);
+            }
+            // The fence that is waited for makes the copies visible to every later submission.
+            context.end_label(commands);
+            Ok(())
+        })?;
+        match &self.timestamps {
+            Some(timestamps) => Ok(timestamps.read()?.frame_ns),
+            None => Ok(None),
+        }
     }
 }
 

@@ -17,6 +17,8 @@ pub(super) enum PassKey {
     Empty,
     /// A colour target of this format; with more than one sample it is resolved at the end.
     Colour { format: vk::Format, samples: u32 },
+    /// Draws over what a pass of this format and one sample has left; compatible with that.
+    Over { format: vk::Format },
 }
 
 impl PassKey {
@@ -51,7 +53,16 @@ impl Passes {
 
     fn make(&self, key: PassKey) -> Result<vk::RenderPass, GpuError> {
         let mut attachments = Vec::new();
-        if let PassKey::Colour { format, samples } = key {
+        let (colour, first, before) = match key {
+            PassKey::Empty => (None, vk::AttachmentLoadOp::CLEAR, vk::ImageLayout::UNDEFINED),
+            PassKey::Colour { format, samples } => {
+                (Some((format, samples)), vk::AttachmentLoadOp::CLEAR, vk::ImageLayout::UNDEFINED)
+            }
+            PassKey::Over { format } => {
+                (Some((format, 1)), vk::AttachmentLoadOp::LOAD, vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
+            }
+        };
+        if let Some((format, samples)) = colour {
             let single = samples == 1;
             let attachment = |samples, load_op, store_op, final_layout| {
                 vk::AttachmentDescription::builder()
@@ -61,7 +72,7 @@ impl Passes {
                     .store_op(store_op)
                     .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
                     .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-                    .initial_layout(vk::ImageLayout::UNDEFINED)
+                    .initial_layout(before)
                     .final_layout(final_layout)
                     .build()
             };
@@ -70,7 +81,7 @@ impl Passes {
             } else {
                 (vk::AttachmentStoreOp::DONT_CARE, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
             };
-            attachments.push(attachment(key.samples(), vk::AttachmentLoadOp::CLEAR, store, layout));
+            attachments.push(attachment(key.samples(), first, store, layout));
             if !single {
                 attachments.push(attachment(
                     vk::SampleCountFlags::TYPE_1,
