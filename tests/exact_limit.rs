@@ -362,7 +362,7 @@ fn sharp_colour_edges_and_edits_are_closed_form_splines() {
     scene.sharp = (0..mesh.half_edges())
         .filter(|&h| {
             let (a, b) = (mesh.origin[h as usize], mesh.target(h));
-            a % 5 == 2 && b % 5 == 2 && mesh.twin[h as usize] != gradtess::mesh::NONE
+            a % 5 == 2 && b % 5 == 2 && mesh.twin[h as usize] != mesh::NONE
         })
         .collect();
     assert_eq!(scene.sharp.len(), 6);

@@ -9,6 +9,7 @@ use gradtess::subdiv::index_map::{IndexMap, Slot};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
 use std::collections::HashSet;
+use std::f64::consts::{PI, TAU};
 
 /// Deepest edit level of a recipe.
 pub const DEEPEST: u32 = 3;
@@ -258,7 +259,7 @@ fn polygons(recipe: &Recipe) -> (Vec<DVec2>, Vec<Vec<u32>>) {
             }
             Piece::Fan(n) => {
                 points.push(place);
-                points.extend((0..2 * n).map(|k| place + DVec2::from_angle(f64::from(k) * 3.14159 / f64::from(n))));
+                points.extend((0..2 * n).map(|k| place + DVec2::from_angle(f64::from(k) * PI / f64::from(n))));
                 for k in 0..n {
                     let at = |i: u32| first + 1 + (2 * k + i) % (2 * n);
                     faces.push(vec![first, at(0), at(1), at(2)]);
@@ -266,7 +267,7 @@ fn polygons(recipe: &Recipe) -> (Vec<DVec2>, Vec<Vec<u32>>) {
             }
             Piece::Umbrella(n) => {
                 points.push(place);
-                points.extend((0..n).map(|k| place + DVec2::from_angle(f64::from(k) * 6.28318 / f64::from(n))));
+                points.extend((0..n).map(|k| place + DVec2::from_angle(f64::from(k) * TAU / f64::from(n))));
                 faces.extend((0..n).map(|k| vec![first, first + 1 + k, first + 1 + (k + 1) % n]));
             }
         }
