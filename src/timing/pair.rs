@@ -81,13 +81,13 @@ pub fn ratios(a: &[f64], b: &[f64], seed: u64) -> Option<PairRatios> {
 
 /// Median; between two values their geometric mean, so that A over B is one over B over A.
 fn middle(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
     let n = values.len();
+    let (below, &mut upper, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
     if n % 2 == 1 {
-        values[n / 2]
-    } else {
-        (values[n / 2 - 1] * values[n / 2]).sqrt()
+        return upper;
     }
+    let lower = below.iter().copied().max_by(f64::total_cmp).unwrap_or(upper);
+    (lower * upper).sqrt()
 }
 
 /// Ratio of the medians of `b` to `a`, measured in different runs: each is a list of repeats. Repeats are drawn first and
