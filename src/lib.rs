@@ -32,6 +32,7 @@
 //! | [`patch`] | control points, transition parts, the CPU evaluator, the cast to single precision |
 //! | [`gpu`] | devices, pipelines, pictures, times, read-back; the only room with `unsafe` |
 //! | [`check`] | the limit by a road of its own; cracks |
+//! | [`timing`] | frame timings as plain data: protocol, statistics, the files of a run |
 //! | [`image`] | PNG files and their comparison |
 //! | [`command`] | the command line |
 //!
@@ -101,7 +102,7 @@
 //! | 6 Figs. 12 to 17: leek, pin, ball, butterfly, sunglasses, pear | - the models belong to the authors; `tools/demo` draws those that stand beside the project |
 //! | 6 Fig. 18 | `scenes/triangle.json`, `quad.json`, `pentagon.json`, `hexagon.json` |
 //! | 6 Fig. 19 | `scenes/unit/sharp_three_meet.json`, `sharp_two_meet.json` |
-//! | 6 Figs. 20, 21: frame times | - no frame benchmark; one frame: [`gpu::GpuTimes`], `gradtess render --json` |
+//! | 6 Figs. 20, 21: frame times | [`timing`], `gradtess bench`; the figures themselves are not drawn |
 //! | 7 irregular faces affected down to some level | [`refine::Mode::Adaptive`]'s `isolate` |
 //! | 7 Fig. 22: bicubic against Gregory | [`patch::points::Irregular`], `--patches bicubic` |
 //! | 7.2 local updates of the buffers, several cores | - |
