@@ -57,7 +57,7 @@ fn refine_failure(loaded: &Loaded, e: &RefineError) -> Failure {
         }
         RefineError::Edit(EditError::NotOnBoundary { index, .. }) => (&lines.geometry, *index),
         RefineError::Edit(EditError::NotAColourVertex { index, .. }) => (&lines.colours, *index),
-        RefineError::TooLarge { .. } => return Failure::input(e),
+        RefineError::TooLarge { .. } | RefineError::TooDeep { .. } => return Failure::input(e),
     };
     let line = list.get(index).copied().unwrap_or(1);
     let text = e.to_string();

@@ -5,7 +5,7 @@ use super::{open, print, print_json, Failure, Global, Refining};
 use crate::gpu::{Format, Frame, Gpu, GpuTimes, Show, Statistics};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `render`.
 #[derive(Args)]
@@ -81,6 +81,13 @@ impl Render {
         if self.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
             return Err(Failure::input(format_args!(
                 "{}: only PNG is written; name the picture *.png",
+                self.output.display()
+            )));
+        }
+        // Drawing first and failing then would waste the user's time.
+        if self.output.parent().is_some_and(|folder| folder != Path::new("") && !folder.is_dir()) {
+            return Err(Failure::machine(format_args!(
+                "{}: its folder does not exist; make it first",
                 self.output.display()
             )));
         }

@@ -39,7 +39,8 @@ impl TessRule {
     pub fn check(self) -> Result<(), GpuError> {
         let (TessRule::Fixed(x) | TessRule::Base(x) | TessRule::Pixels(x)) = self;
         if !x.is_finite() || x <= 0.0 {
-            return Err(GpuError::Request(format!("tessellation {x} is not a positive number; give one above 0")));
+            let what = if matches!(self, TessRule::Pixels(_)) { "pixels a segment" } else { "tessellation level" };
+            return Err(GpuError::Request(format!("{what} {x} is not a positive number; give one above 0")));
         }
         if matches!(self, TessRule::Fixed(_)) && x > MAX_LEVEL {
             return Err(GpuError::Request(format!(

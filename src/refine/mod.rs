@@ -62,6 +62,12 @@ pub enum RefineError {
     /// An edit does not fit the mesh.
     #[error(transparent)]
     Edit(#[from] EditError),
+    /// A global level beyond what numbers hold.
+    #[error("level {level} is too deep; the deepest is {}", edits::MAX_LEVEL)]
+    TooDeep {
+        /// Level that was asked for.
+        level: u32,
+    },
     /// More faces than memory is meant for.
     #[error("level {level} has {faces} faces; at most {limit} can be refined, choose a lower level")]
     TooLarge {
@@ -114,8 +120,11 @@ pub fn refine(scene: &Scene, mesh: &HalfEdgeMesh, options: Options) -> Result<Re
     let edits = edits::resolve(scene, &map)?;
     let edit_level = edits.deepest();
     if let Mode::Global(level) = options.mode {
-        let faces = map.faces(level.min(edits::MAX_LEVEL));
-        if level > edits::MAX_LEVEL || faces > MAX_FACES {
+        if level > edits::MAX_LEVEL {
+            return Err(RefineError::TooDeep { level });
+        }
+        let faces = map.faces(level);
+        if faces > MAX_FACES {
             return Err(RefineError::TooLarge { level, faces, limit: MAX_FACES });
         }
     }
