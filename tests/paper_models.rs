@@ -130,8 +130,10 @@ fn counts_are_those_of_table_1() {
         let (scene, mesh) = load(&folder.join(&row["file"]));
         let r = refine(&scene, &mesh, Options { rules: Rules::Authors, mode: Mode::Adaptive { isolate: 0 } }).unwrap();
         let (mut b, mut bt, mut g, mut gt) = (0, 0, 0, 0);
+        let mut constellations = [0; 6];
         for bits in r.fates.iter().flatten().filter(|&b| b & fate::DRAWN != 0) {
             let transition = usize::from(bits >> fate::TRANSITION != 0);
+            constellations[gradtess::patch::transition::standard_position(bits >> fate::TRANSITION).0 as usize] += 1;
             if bits & fate::IRREGULAR != 0 {
                 (g, gt) = (g + 1, gt + transition);
             } else {
@@ -139,6 +141,7 @@ fn counts_are_those_of_table_1() {
             }
         }
         let number = |key: &str| row[key].parse::<usize>().unwrap();
+        assert_eq!(constellations[1..], ["C1", "C2", "C3", "C4", "C5"].map(number), "{}", row["file"]);
         assert_eq!(
             [b, bt, g, gt, b + g],
             [
