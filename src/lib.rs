@@ -84,7 +84,7 @@
 //! | 3.3 edits in local frames, Fig. 3 | [`scene::GeometryEdit`], [`subdiv::edit::move_vertices`]; the coordinates of a given step: [`subdiv::edit::sector_coordinates`] |
 //! | 3.3 angle and length, eq. (2) | [`subdiv::edit::Anchor::Boundary`] |
 //! | 3.3 vertices whose colour may be edited | [`subdiv::index_map::IndexMap::is_colour_vertex`] |
-//! | 3.4 feature-adaptive subdivision; factor t / 2^l | [`gpu::TessRule::Base`]; its other rules are [`gpu::TessRule::Fixed`] and [`gpu::TessRule::Pixels`] |
+//! | 3.4 feature-adaptive subdivision; factor t / 2^l | [`patch::tess::TessRule::Base`]; its other rules are [`patch::tess::TessRule::Fixed`] and [`patch::tess::TessRule::Pixels`] |
 //! | 3.4 transition patches, Fig. 4 | [`patch::transition`] |
 //! | 4.1 which faces are drawn at which level, Fig. 5 | [`refine::fate`], [`refine::Refinement`] |
 //! | 4.2 edited faces, Fig. 6 | [`refine::forest::plan`]; `scenes/unit/geometry_level_2.json`, `colour_level_2.json` |

@@ -1,5 +1,6 @@
 //! Patches against the surface they stand for: regular ones are the limit itself, Gregory patches come near it.
 
+mod models;
 mod random_scene;
 
 use gradtess::check::exact::{into_child, quarter, ExactFace};
@@ -62,11 +63,8 @@ fn scenes() -> Vec<PathBuf> {
         let entries = std::fs::read_dir(root.join(folder)).unwrap().map(|e| e.unwrap().path());
         found.extend(entries.filter(|p| p.extension().is_some_and(|e| e == "json") && !p.ends_with("schema.json")));
     }
-    let models = root.join("../shared/models/paper");
-    if models.is_dir() {
+    if let Some(models) = models::folder("paper", "exactness of the authors' models") {
         found.extend(["Quad_edits.obj", "House.obj", "cherry/cherry_editAtSubd2.obj"].map(|name| models.join(name)));
-    } else {
-        println!("the authors' models are skipped: {} is absent", models.display());
     }
     found.sort();
     found

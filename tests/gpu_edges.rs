@@ -4,7 +4,8 @@
 mod gpu_support;
 
 use gpu_support::*;
-use gradtess::gpu::{EvaluatedPoint, Gpu, TessRule};
+use gradtess::gpu::{EvaluatedPoint, Gpu};
+use gradtess::patch::tess::TessRule;
 use gradtess::patch::transition::{parts_of, Side, PARTS};
 use gradtess::patch::{eval, ControlPoint, Kind, PatchTable};
 

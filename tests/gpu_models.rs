@@ -2,11 +2,13 @@
 //! evaluated points against the CPU. The authors' models are skipped, in words, where they are absent.
 
 mod gpu_support;
+mod models;
 
 use gpu_support::*;
-use gradtess::gpu::{quad_vertices, triangle_vertices, Frame, TessRule};
+use gradtess::gpu::Frame;
 use gradtess::image::Picture;
 use gradtess::patch::points::Irregular;
+use gradtess::patch::tess::{quad_vertices, triangle_vertices, TessRule};
 use gradtess::patch::transition::PARTS;
 use gradtess::patch::{build, eval, ControlPoint, Kind, PatchTable};
 use gradtess::refine::{refine, Mode, Options, Rules};
@@ -19,16 +21,6 @@ fn table(path: &Path, rules: Rules) -> PatchTable {
     let mesh = gradtess::mesh::build(&scene.mesh).unwrap();
     let refinement = refine(&scene, &mesh, Options { rules, mode: Mode::Adaptive { isolate: 0 } }).unwrap();
     build::build(&refinement, Irregular::Gregory)
-}
-
-/// Folder of the authors' models, or `None` after saying so.
-fn models(test: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models/paper");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("{test}: skipped, the models of the paper are not here");
-    None
 }
 
 fn with_extension(folder: &Path, extension: &str, found: &mut Vec<PathBuf>) {
@@ -47,7 +39,7 @@ fn with_extension(folder: &Path, extension: &str, found: &mut Vec<PathBuf>) {
 fn all_scenes(test: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     with_extension(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"), "json", &mut found);
-    if let Some(folder) = models(test) {
+    if let Some(folder) = models::folder("paper", test) {
         with_extension(&folder, "obj", &mut found);
     }
     found
@@ -55,7 +47,7 @@ fn all_scenes(test: &str) -> Vec<PathBuf> {
 
 #[test]
 fn pictures_are_the_authors() {
-    let Some(folder) = models("pictures_are_the_authors") else { return };
+    let Some(folder) = models::folder("paper", "pictures_are_the_authors") else { return };
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(folder.join("view.json")).unwrap()).unwrap();
     with_gpu(|gpu| {
         for (name, facts) in json["models"].as_object().unwrap() {
@@ -150,7 +142,7 @@ fn models_on_the_gpu_are_what_the_cpu_says() {
         tables.push((path.file_stem().unwrap().to_string_lossy().into_owned(), table(&path, rules)));
     };
     add(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cherry.json"), Rules::Gradtess);
-    if let Some(folder) = models("models_on_the_gpu_are_what_the_cpu_says") {
+    if let Some(folder) = models::folder("paper", "models_on_the_gpu_are_what_the_cpu_says") {
         for name in
             ["cherry/cherry_editAtSubd5", "bolling/bolling_Subd3", "glass/1/glass3", "cherry/cherry_editAtSubd0"]
         {

@@ -4,11 +4,9 @@
 mod gpu_support;
 
 use gpu_support::*;
-use gradtess::gpu::{
-    level_colour, patch_colour, quad_vertices, triangle_vertices, Format, Frame, Gpu, GpuError, Pixels, Show, TessRule,
-    WIRE_COLOUR,
-};
+use gradtess::gpu::{level_colour, patch_colour, Format, Frame, Gpu, GpuError, Pixels, Show, WIRE_COLOUR};
 use gradtess::image::Picture;
+use gradtess::patch::tess::{quad_vertices, triangle_vertices, TessRule};
 use gradtess::patch::transition::{parts_of, Side, PARTS};
 use gradtess::patch::{eval, ControlPoint, DrawRange, Kind, PatchTable};
 

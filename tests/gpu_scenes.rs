@@ -2,10 +2,11 @@
 //! GPU puts both at the same bits there; and where they are the very same points, the colours are the same bits too.
 
 mod gpu_support;
+mod models;
 
 use gpu_support::*;
-use gradtess::gpu::TessRule;
 use gradtess::patch::points::Irregular;
+use gradtess::patch::tess::TessRule;
 use gradtess::patch::{build, eval};
 use gradtess::refine::{refine, Options};
 use gradtess::scene::Scene;
@@ -24,12 +25,9 @@ fn scenes() -> Vec<PathBuf> {
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|e| e == "json") && !path.ends_with("schema.json"))
         .collect();
-    let models = root.join("../shared/models/paper");
-    if models.is_dir() {
+    if let Some(models) = models::folder("paper", "edges of the authors' models") {
         all.push(models.join("cherry/cherry_editAtSubd3.obj"));
         all.push(models.join("bolling/bolling_Subd3.obj"));
-    } else {
-        println!("the authors' models are skipped: {} is absent", models.display());
     }
     all.sort();
     all

@@ -3,7 +3,8 @@
 mod gpu_support;
 
 use gpu_support::*;
-use gradtess::gpu::{quad_vertices, triangle_vertices, EvaluatedPoint, TessRule};
+use gradtess::gpu::EvaluatedPoint;
+use gradtess::patch::tess::{quad_vertices, triangle_vertices, TessRule};
 use gradtess::patch::transition::PARTS;
 use gradtess::patch::{eval, ControlPoint, PatchTable};
 

@@ -1,21 +1,13 @@
 //! The authors' own models against what their tool makes of them. Skipped, in words, where the models are absent.
 
+mod models;
+
 use gradtess::mesh::{self, HalfEdgeMesh};
 use gradtess::refine::{fate, refine, Mode, Options, Refinement, Rules};
 use gradtess::scene::Scene;
 use gradtess::subdiv::index_map::IndexMap;
 use std::collections::{BTreeMap, HashSet};
-use std::path::{Path, PathBuf};
-
-/// Folder of the models, or `None` after saying so.
-fn models(test: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models/paper");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("{test}: skipped, the models of the paper are not here");
-    None
-}
+use std::path::Path;
 
 fn load(path: &Path) -> (Scene, HalfEdgeMesh) {
     let scene = Scene::load(path).unwrap_or_else(|e| panic!("{e}"));
@@ -60,7 +52,7 @@ fn drawn(r: &Refinement, map: &IndexMap) -> HashSet<String> {
 
 #[test]
 fn patch_lists_are_the_authors() {
-    let Some(folder) = models("patch_lists_are_the_authors") else { return };
+    let Some(folder) = models::folder("paper", "patch_lists_are_the_authors") else { return };
     for entry in std::fs::read_dir(folder.join("patches")).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap().replace("__", "/");
@@ -79,7 +71,7 @@ fn patch_lists_are_the_authors() {
 
 #[test]
 fn meshes_of_every_level_are_the_authors() {
-    let Some(folder) = models("meshes_of_every_level_are_the_authors") else { return };
+    let Some(folder) = models::folder("paper", "meshes_of_every_level_are_the_authors") else { return };
     for entry in std::fs::read_dir(folder.join("dumps")).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap().replace("__", "/");
@@ -125,7 +117,7 @@ fn meshes_of_every_level_are_the_authors() {
 
 #[test]
 fn counts_are_those_of_table_1() {
-    let Some(folder) = models("counts_are_those_of_table_1") else { return };
+    let Some(folder) = models::folder("paper", "counts_are_those_of_table_1") else { return };
     for row in table(&folder.join("counts.tsv")) {
         let (scene, mesh) = load(&folder.join(&row["file"]));
         let r = refine(&scene, &mesh, Options { rules: Rules::Authors, mode: Mode::Adaptive { isolate: 0 } }).unwrap();
@@ -176,7 +168,7 @@ fn authors_order(points: &[[f64; 8]]) -> Vec<[f64; 8]> {
 #[test]
 fn control_points_of_every_patch_are_the_authors() {
     use gradtess::patch::{build, points::Irregular, Kind};
-    let Some(folder) = models("control_points_of_every_patch_are_the_authors") else { return };
+    let Some(folder) = models::folder("paper", "control_points_of_every_patch_are_the_authors") else { return };
     for entry in std::fs::read_dir(folder.join("dumps")).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap().replace("__", "/");

@@ -1,6 +1,7 @@
 //! A thousand spoiled copies of real models, all the way from bytes to patches: a clear error or a result, never a panic,
 //! and neither time nor memory run away. `GRADTESS_MUTANTS` sets how many, `GRADTESS_FUZZ_SEED` which.
 
+mod models;
 mod mutate;
 
 use gradtess::mesh;
@@ -18,9 +19,7 @@ fn variable(name: &str, default: u64) -> u64 {
 
 /// The authors' models where they are, else our scenes.
 fn originals() -> Vec<Vec<u8>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let models = root.join("../shared/models/paper");
-    let (folder, names) = if models.is_dir() {
+    let (folder, names) = if let Some(models) = models::folder("paper", "originals are the authors' models") {
         let names = vec![
             "Hexagon.obj",
             "Quad_edits.obj",
@@ -34,9 +33,9 @@ fn originals() -> Vec<Vec<u8>> {
         ];
         (models, names)
     } else {
-        println!("the authors' models are skipped: {} is absent; our scenes instead", models.display());
+        println!("our scenes instead");
         let ours = vec!["cherry.json", "unit/mixed_polygons.json", "unit/sharp_three_meet.json", "hexagon.json"];
-        (root.join("scenes"), ours)
+        (Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"), ours)
     };
     names.iter().map(|name| std::fs::read(folder.join(name)).unwrap()).collect()
 }

@@ -2,14 +2,16 @@
 //! at any tessellation shows background inside.
 
 mod gpu_support;
+mod models;
 mod random_scene;
 
 use gpu_support::{frame, with_gpu};
 use gradtess::check::cracks;
-use gradtess::gpu::{Format, Frame, Gpu, Pixels, TessRule};
+use gradtess::gpu::{Format, Frame, Gpu, Pixels};
 use gradtess::mesh::{self, HalfEdgeMesh};
 use gradtess::patch::build::{build, face_control};
 use gradtess::patch::points::Irregular;
+use gradtess::patch::tess::TessRule;
 use gradtess::patch::{eval, Face, PatchTable};
 use gradtess::refine::forest::first_slot;
 use gradtess::refine::{refine, Mode, Options, Rules};
@@ -45,11 +47,8 @@ fn all_scenes() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut found = Vec::new();
     with_extension(&root.join("scenes"), "json", &mut found);
-    let models = root.join("../shared/models/paper");
-    if models.is_dir() {
+    if let Some(models) = models::folder("paper", "outlines of the authors' models") {
         with_extension(&models, "obj", &mut found);
-    } else {
-        println!("the authors' models are skipped: {} is absent", models.display());
     }
     found
 }

@@ -1,4 +1,4 @@
-// Tessellation levels. Needs: part.glsl. CPU twin: src/gpu/tess.rs (fixed levels) and eval::pixel_level.
+// Tessellation levels. Needs: part.glsl. CPU twin: src/patch/tess.rs (fixed levels) and eval::pixel_level.
 
 const float MAX_LEVEL = 64.0;
 

@@ -5,10 +5,10 @@
 //! holes in the mesh notwithstanding. The boundary comes from the half-edges ([`boundary`]), not from the patches:
 //! those of a cracked surface have edges without a partner along the cracks too ([`outline`]).
 
-use crate::gpu::TessRule;
 use crate::mesh::HalfEdgeMesh;
 use crate::patch::build::face_control;
 use crate::patch::eval;
+use crate::patch::tess::TessRule;
 use crate::patch::transition::{Side, PARTS};
 use crate::patch::{ControlPoint, DrawRange, PatchTable};
 use crate::refine::forest::first_slot;

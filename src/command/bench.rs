@@ -10,7 +10,8 @@ mod subject;
 
 use super::picture::{bounds, fit, size, view};
 use super::{print, print_json, Failure, Global};
-use crate::gpu::{Format, Frame, Gpu, Show, TessRule};
+use crate::gpu::{Format, Frame, Gpu, Show};
+use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use crate::timing::protocol::Protocol;
 use crate::timing::random::Random;

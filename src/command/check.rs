@@ -3,7 +3,8 @@
 use super::picture::{bounds, fit, size, view, Tess};
 use super::{open, print, print_json, Failure, Global, Refining};
 use crate::check::cracks;
-use crate::gpu::{Format, Frame, Gpu, Pixels, Show, TessRule, MAX_LEVEL};
+use crate::gpu::{Format, Frame, Gpu, Pixels, Show};
+use crate::patch::tess::{TessRule, MAX_LEVEL};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! Flags that say what picture to draw.
 
 use super::Failure;
-use crate::gpu::TessRule;
 use crate::patch::eval::{side_points, sides};
+use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use clap::Args;
 

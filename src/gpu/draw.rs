@@ -9,8 +9,8 @@ use super::query::{GpuSpan, GpuTimes, Scope, Statistics, StatisticsQuery, Timest
 use super::show::{level_colour, patch_colour, Show, WIRE_COLOUR};
 use super::table::DeviceTable;
 use super::target::{PassKey, Target};
-use super::tess::{quad_vertices, TessRule};
 use crate::image::Picture;
+use crate::patch::tess::{quad_vertices, TessRule};
 use crate::patch::{DrawRange, Kind};
 use ash::vk;
 use std::rc::Rc;
@@ -57,7 +57,7 @@ impl Frame {
     }
 
     fn check(&self) -> Result<(), GpuError> {
-        self.tess.check()?;
+        self.tess.check().map_err(GpuError::Request)?;
         let [x0, y0, x1, y1] = self.view;
         if !(self.view.iter().all(|x| x.is_finite()) && x1 > x0 && y1 > y0) {
             return Err(GpuError::Request(format!(

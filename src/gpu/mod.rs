@@ -29,7 +29,6 @@ mod shader;
 mod show;
 mod table;
 mod target;
-mod tess;
 
 pub use calibrate::Calibration;
 pub use canary::{Canary, CANARIES};
@@ -41,8 +40,8 @@ pub use query::{GpuSpan, GpuTimes, Statistics};
 pub use readback::EvaluatedPoint;
 pub use show::{level_colour, patch_colour, Show, WIRE_COLOUR};
 pub use table::DeviceTable;
-pub use tess::{quad_vertices, triangle_vertices, Levels, TessRule, MAX_LEVEL};
 
+use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use context::Context;
 use instance::Instance;

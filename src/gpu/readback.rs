@@ -11,7 +11,7 @@ use super::memory::{bytes_of, Buffer};
 use super::pipeline::{Fill, PipelineKey, Pipelines, PUSH_STAGES};
 use super::table::{DeviceTable, TableBuffers};
 use super::target::{PassKey, Target};
-use super::tess::TessRule;
+use crate::patch::tess::TessRule;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use std::rc::Rc;
@@ -52,7 +52,7 @@ pub(super) fn evaluate(
     tess: TessRule,
     scale: [f64; 2],
 ) -> Result<Vec<EvaluatedPoint>, GpuError> {
-    tess.check()?;
+    tess.check().map_err(GpuError::Request)?;
     let Some(buffers) = &table.buffers else {
         return Ok(Vec::new());
     };

@@ -33,6 +33,7 @@ pub mod eval;
 mod gregory;
 pub mod pack;
 pub mod points;
+pub mod tess;
 pub mod transition;
 
 /// Channels of a control point: two vec4. `subdivision`: x, y, 0, 0 and r, g, b, a.

@@ -3,7 +3,7 @@
 //! A domain with integer levels, equal spacing, has V vertices of which B lie on its border; a triangulated disc of
 //! them has 2 V - B - 2 triangles (Euler). Outer levels decide B, inner levels the vertices inside.
 
-use crate::gpu::{triangle_vertices, Levels, TessRule, MAX_LEVEL};
+use crate::patch::tess::{triangle_vertices, Levels, TessRule, MAX_LEVEL};
 use crate::patch::transition::{Side, PARTS};
 use crate::patch::{DrawRange, PatchTable};
 

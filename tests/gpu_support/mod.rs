@@ -1,7 +1,8 @@
 //! Shared by the GPU tests: a device under validation, and synthetic patch tables.
 #![allow(dead_code)] // each test file uses its own part
 
-use gradtess::gpu::{Canary, EvaluatedPoint, Format, Frame, Gpu, GpuOptions, Show, TessRule};
+use gradtess::gpu::{Canary, EvaluatedPoint, Format, Frame, Gpu, GpuOptions, Show};
+use gradtess::patch::tess::TessRule;
 use gradtess::patch::transition::{parts_of, Side, PARTS};
 use gradtess::patch::{eval, ControlPoint, DrawRange, Kind, PatchTable};
 

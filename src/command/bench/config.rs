@@ -1,7 +1,7 @@
 //! Flags that make one configuration of a scene.
 
 use crate::command::{ModeFlag, PatchesFlag, Refining, RulesFlag};
-use crate::gpu::TessRule;
+use crate::patch::tess::TessRule;
 use clap::{Args, Parser, ValueEnum};
 
 /// Which faces are refined, or both ways in turns.

@@ -3,7 +3,8 @@
 use super::subject::Subject;
 use super::Group;
 use crate::command::{print, print_json, Failure, Global, PatchesFlag, RulesFlag};
-use crate::gpu::{Calibration, Format, Gpu, TessRule};
+use crate::gpu::{Calibration, Format, Gpu};
+use crate::patch::tess::TessRule;
 use crate::scene::write_atomically;
 use crate::subdiv::index_map::IndexMap;
 use crate::timing::compare::{self, Folder};

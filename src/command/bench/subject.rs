@@ -3,9 +3,10 @@
 use super::config::{Config, EditsFlag};
 use crate::command::open::{self, Loaded};
 use crate::command::{Failure, Global, PatchesFlag};
-use crate::gpu::{Calibration, Canvas, DeviceTable, Frame, Gpu, GpuSpan, TessRule};
+use crate::gpu::{Calibration, Canvas, DeviceTable, Frame, Gpu, GpuSpan};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
+use crate::patch::tess::TessRule;
 use crate::patch::{Kind, PatchTable};
 use crate::refine::{fate, Options, Refinement};
 use crate::scene::{ColourEdit, GeometryEdit};
@@ -330,7 +331,7 @@ impl Subject {
 
 /// The base level at which adaptive refinement just exceeds the triangles of uniform subdivision drawn by `rule`.
 fn matching(loaded: &Loaded, table: &PatchTable, config: &Config, rule: TessRule) -> Result<TessRule, Failure> {
-    rule.check()?;
+    rule.check().map_err(Failure::input)?;
     let level = config.level().unwrap_or_else(|| loaded.global_level());
     let faces = IndexMap::new(&loaded.mesh).faces(level.min(crate::refine::edits::MAX_LEVEL));
     let wanted = triangles::uniform(faces, level, rule).ok_or_else(|| {
