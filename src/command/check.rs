@@ -4,7 +4,9 @@ use super::picture::{bounds, fit, size, view, Tess};
 use super::{open, print, print_json, Failure, Global, Refining};
 use crate::check::cracks;
 use crate::gpu::{Format, Frame, Gpu, Pixels, Show};
+use crate::patch::cull::within;
 use crate::patch::tess::{TessRule, MAX_LEVEL};
+use crate::patch::PatchTable;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -87,7 +89,7 @@ impl Check {
         };
         let boundary = cracks::boundary(&patched.table, &loaded.mesh);
         let gpu = Gpu::new(&global.gpu())?;
-        let table = gpu.upload(&patched.table)?;
+        let mut table = gpu.upload(&PatchTable::default())?;
         let mut random = Random(self.seed);
         let mut views = vec![first];
         let (w, h) = (first[2] - first[0], first[3] - first[1]);
@@ -130,6 +132,10 @@ impl Check {
                 format: Format::Rgba32f,
                 statistics: false,
             };
+            // Closely looked at, almost all of a large scene is outside. A pixel more: single precision may move points a little.
+            let (dx, dy) = ((view[2] - view[0]) / f64::from(width), (view[3] - view[1]) / f64::from(height));
+            let near = [view[0] - dx, view[1] - dy, view[2] + dx, view[3] + dy];
+            gpu.update(&mut table, &within(&patched.table, near))?;
             let covered: Vec<bool> = match gpu.render(&table, &frame)?.pixels {
                 Pixels::Rgba32f(p) => p.chunks_exact(4).map(|p| p[3] > 0.0).collect(),
                 Pixels::Rgba8(p) => p.chunks_exact(4).map(|p| p[3] > 0).collect(),

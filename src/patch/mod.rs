@@ -29,6 +29,7 @@
 //! Two patches that share an edge of one level share its four control points by index.
 
 pub mod build;
+pub mod cull;
 pub mod eval;
 mod gregory;
 pub mod pack;
