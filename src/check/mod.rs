@@ -2,3 +2,4 @@
 
 pub mod cracks;
 pub mod exact;
+pub mod folds;
