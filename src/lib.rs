@@ -30,6 +30,7 @@
 //! | [`subdiv`] | the ternary step, Catmull-Clark, edits, limit points, and the numbering of every M^l |
 //! | [`refine`](mod@refine) | which faces are affected, and the meshes of the levels |
 //! | [`patch`] | control points, transition parts, the CPU evaluator, the cast to single precision |
+//! | [`camera`] | eyes for scenes in space |
 //! | [`gpu`] | devices, pipelines, pictures, times, read-back; the only room with `unsafe` |
 //! | [`check`] | the limit by a road of its own; cracks |
 //! | [`timing`] | frame timings as plain data: protocol, statistics, the files of a run |
@@ -128,6 +129,7 @@
 //!   read `i^(n-1) = floor(i^n / 4)`.
 #![deny(unsafe_code)]
 
+pub mod camera;
 pub mod check;
 pub mod command;
 pub mod gpu;

@@ -11,6 +11,7 @@ mod picture;
 mod render;
 mod sample;
 mod stats;
+mod surface;
 
 use crate::gpu::{GpuError, GpuOptions};
 use crate::image::ImageError;

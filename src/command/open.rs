@@ -1,5 +1,6 @@
 //! From a file name to refined levels and patches, with errors that name file and line.
 
+use super::surface::open::Surface;
 use super::{Failure, Global, ModeFlag, PatchesFlag, Refining, RulesFlag};
 use crate::mesh::{self, HalfEdgeMesh, MeshError};
 use crate::patch::build::build;
@@ -7,8 +8,39 @@ use crate::patch::points::Irregular;
 use crate::patch::PatchTable;
 use crate::refine::edits::EditError;
 use crate::refine::{refine, Mode, Options, RefineError, Refinement, Rules};
-use crate::scene::{Scene, SceneError};
+use crate::scene::{read_bounded, technique, Scene, SceneError, Technique};
+use std::path::Path;
 use std::time::Instant;
+
+/// A scene of any technique, ready for a command: one variant a technique. Commands match on it in their `run`.
+pub enum Subject {
+    /// ZHHK22.
+    Subdivision(Box<Loaded>),
+    /// ZBK23.
+    Surface(Box<Surface>),
+}
+
+impl Subject {
+    /// Reads a scene of whatever technique its content says, and builds its half-edges.
+    pub fn open(file: &str, global: &Global) -> Result<Subject, Failure> {
+        let bytes = read_bounded(Path::new(file))?;
+        match technique(&bytes) {
+            Technique::Surface => Ok(Subject::Surface(Box::new(Surface::load(file, &bytes, global)?))),
+            // Its reader refuses what is none of it.
+            Technique::Subdivision | Technique::Ferguson | Technique::Pattern => {
+                Ok(Subject::Subdivision(Box::new(load_bytes(file, &bytes, global)?)))
+            }
+        }
+    }
+
+    /// The technique.
+    pub fn technique(&self) -> Technique {
+        match self {
+            Subject::Subdivision(_) => Technique::Subdivision,
+            Subject::Surface(_) => Technique::Surface,
+        }
+    }
+}
 
 /// A scene whose polygons are a manifold.
 pub struct Loaded {
@@ -32,9 +64,21 @@ pub struct Patched {
     pub patch_ms: f64,
 }
 
-/// Reads a scene and builds its half-edges.
+/// Reads a scene of technique `subdivision`, for commands that do no other.
 pub fn load(file: &str, global: &Global) -> Result<Loaded, Failure> {
-    let scene = Scene::load(file)?;
+    match Subject::open(file, global)? {
+        Subject::Subdivision(loaded) => Ok(*loaded),
+        other => {
+            let name = other.technique().name();
+            Err(Failure::input(format_args!(
+                "{file}: this command does not go with scenes of technique {name}; give a subdivision scene"
+            )))
+        }
+    }
+}
+
+fn load_bytes(file: &str, bytes: &[u8], global: &Global) -> Result<Loaded, Failure> {
+    let scene = Scene::parse(bytes, file)?;
     let mesh = mesh::build(&scene.mesh).map_err(|e| mesh_failure(file, &scene, &e))?;
     for note in mesh::shape_notes(&mesh) {
         global.warn(format_args!("{file}: {note}"));
@@ -44,8 +88,13 @@ pub fn load(file: &str, global: &Global) -> Result<Loaded, Failure> {
 
 fn mesh_failure(file: &str, scene: &Scene, e: &MeshError) -> Failure {
     let line = e.face().and_then(|f| scene.mesh.face_line.get(f as usize)).copied().unwrap_or(1);
+    at_line(file, line, e, "correct the polygons")
+}
+
+/// A failure of later rooms at a line of the scene; `e` says what, and after a semicolon what to do.
+pub fn at_line(file: &str, line: u32, e: &impl std::fmt::Display, fix: &str) -> Failure {
     let text = e.to_string();
-    let (what, fix) = text.split_once("; ").unwrap_or((&text, "correct the polygons"));
+    let (what, fix) = text.split_once("; ").unwrap_or((&text, fix));
     SceneError::content(file, line as usize, 1, what, fix).into()
 }
 
@@ -59,10 +108,7 @@ fn refine_failure(loaded: &Loaded, e: &RefineError) -> Failure {
         RefineError::Edit(EditError::NotAColourVertex { index, .. }) => (&lines.colours, *index),
         RefineError::TooLarge { .. } | RefineError::TooDeep { .. } => return Failure::input(e),
     };
-    let line = list.get(index).copied().unwrap_or(1);
-    let text = e.to_string();
-    let (what, fix) = text.split_once("; ").unwrap_or((&text, "correct the edit"));
-    SceneError::content(&loaded.file, line as usize, 1, what, fix).into()
+    at_line(&loaded.file, list.get(index).copied().unwrap_or(1), e, "correct the edit")
 }
 
 /// Nanoseconds as milliseconds; divided, so that six decimals are printed and no more.

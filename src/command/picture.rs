@@ -1,10 +1,12 @@
 //! Flags that say what picture to draw.
 
 use super::Failure;
+use crate::camera::{Camera, Projection};
 use crate::patch::eval::{side_points, sides};
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use clap::Args;
+use glam::DVec3;
 
 /// Tessellation, by one of three rules.
 #[derive(Args, Clone, Debug)]
@@ -31,6 +33,111 @@ impl Tess {
             _ => TessRule::Fixed(16.0),
         }
     }
+}
+
+/// Where a scene in space is seen from. Scenes in the plane take `--view` instead.
+#[derive(Args, Clone, Debug, Default)]
+pub struct CameraFlags {
+    /// Look at the scene's middle from YAW degrees to the right and PITCH degrees above, as near as shows it whole [default: 30,20]
+    #[arg(long, value_name = "YAW,PITCH", value_parser = pair, allow_hyphen_values = true, conflicts_with = "eye")]
+    orbit: Option<[f64; 2]>,
+    /// Distance from the point looked at, model units
+    #[arg(long, value_name = "D", conflicts_with = "eye")]
+    distance: Option<f64>,
+    /// Eye
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    eye: Option<DVec3>,
+    /// Point looked at from --eye; the scene's middle unless given
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true, requires = "eye")]
+    target: Option<DVec3>,
+    /// Upwards from --eye [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true, requires = "eye")]
+    up: Option<DVec3>,
+    /// Projection [default: perspective]
+    #[arg(long, value_enum)]
+    projection: Option<ProjectionFlag>,
+    /// Vertical angle of view of a perspective projection, degrees [default: 30]
+    #[arg(long, value_name = "DEGREES")]
+    fov: Option<f64>,
+}
+
+/// How depth becomes size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ProjectionFlag {
+    /// Farther is smaller.
+    Perspective,
+    /// Depth does not matter.
+    Orthographic,
+}
+
+impl CameraFlags {
+    /// Refuses camera flags for a scene in the plane.
+    pub fn refuse(&self) -> Result<(), Failure> {
+        let given = [
+            ("--orbit", self.orbit.is_some()),
+            ("--distance", self.distance.is_some()),
+            ("--eye", self.eye.is_some()),
+            ("--projection", self.projection.is_some()),
+            ("--fov", self.fov.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((name, _)) => Err(Failure::input(format_args!("{name} goes with scenes in space; use --view here"))),
+            None => Ok(()),
+        }
+    }
+
+    #[allow(dead_code)] // No scene in space is drawn yet.
+    /// The camera asked for. `bounds`: least and greatest corner of the scene; `size`: pixels.
+    pub fn camera(&self, bounds: [DVec3; 2], size: [u32; 2]) -> Result<Camera, Failure> {
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        let fov = self.fov.unwrap_or(30.0);
+        if !(fov > 0.0 && fov < 180.0) {
+            return Err(Failure::input(format_args!("--fov {fov} is no angle of view; give one between 0 and 180")));
+        }
+        if self.distance.is_some_and(|d| !(d > 0.0 && d.is_finite())) {
+            return Err(Failure::input("--distance must be above 0"));
+        }
+        let projection = match self.projection.unwrap_or(ProjectionFlag::Perspective) {
+            ProjectionFlag::Orthographic if self.fov.is_some() => {
+                return Err(Failure::input("--fov goes with --projection perspective"))
+            }
+            ProjectionFlag::Perspective => Projection::Perspective { fov },
+            ProjectionFlag::Orthographic => Projection::Orthographic { height: 1.0 },
+        };
+        let Some(eye) = self.eye else {
+            let [yaw, pitch] = self.orbit.unwrap_or([30.0, 20.0]);
+            let camera = Camera::orbit(bounds, yaw, pitch, projection, aspect);
+            return Ok(self.distance.map_or(camera, |d| camera.at_distance(d)));
+        };
+        let target = self.target.unwrap_or((bounds[0] + bounds[1]) * 0.5);
+        let up = self.up.unwrap_or(DVec3::Y);
+        let back = eye - target;
+        if up.cross(back).length() <= 1e-9 * up.length() * back.length() {
+            return Err(Failure::input("--eye, --target and --up do not make a view: it looks along --up or nowhere"));
+        }
+        let mut camera = Camera { eye, target, up, projection };
+        if let Projection::Orthographic { .. } = projection {
+            let radius = 0.5 * (bounds[1] - bounds[0]).length();
+            camera.projection = Projection::Orthographic { height: 2.0 * radius / aspect.min(1.0) };
+        }
+        Ok(camera)
+    }
+}
+
+/// Parses two finite numbers.
+pub fn pair(text: &str) -> Result<[f64; 2], String> {
+    numbers(text).ok_or_else(|| "give two numbers such as 30,20".to_string())
+}
+
+/// Parses three finite numbers.
+pub fn triple(text: &str) -> Result<DVec3, String> {
+    numbers(text).map(DVec3::from_array).ok_or_else(|| "give three numbers such as 0,1,0".to_string())
+}
+
+fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+    let numbers: Vec<f64> = text.split(',').map_while(|t| t.trim().parse().ok()).collect();
+    let all = numbers.len() == text.split(',').count() && numbers.iter().all(|x: &f64| x.abs() <= 1e30);
+    <[f64; N]>::try_from(numbers).ok().filter(|_| all)
 }
 
 /// Parses `WxH`.

@@ -1,6 +1,6 @@
 //! `gradtess render`: a scene to a PNG, with counts and times.
 
-use super::picture::{background, bounds, fit, size, view, Tess};
+use super::picture::{background, bounds, fit, size, view, CameraFlags, Tess};
 use super::{open, print, print_json, Failure, Global, Refining};
 use crate::gpu::{Format, Frame, Gpu, GpuTimes, Show, Statistics};
 use clap::{Args, ValueEnum};
@@ -21,6 +21,8 @@ pub struct Render {
     /// Model rectangle X0,Y0,X1,Y1 that fills the picture; the whole scene and two pixels unless given
     #[arg(long, value_parser = view, allow_hyphen_values = true)]
     view: Option<[f64; 4]>,
+    #[command(flatten)]
+    camera: CameraFlags,
     #[command(flatten)]
     tess: Tess,
     #[command(flatten)]
@@ -92,6 +94,7 @@ impl Render {
             )));
         }
         let loaded = open::load(&self.scene, global)?;
+        self.camera.refuse()?;
         let patched = loaded.patches(&self.refining)?;
         let view = match self.view {
             Some(v) => v,

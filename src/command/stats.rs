@@ -1,6 +1,6 @@
 //! `gradtess stats`: patch counts as in Table 1.
 
-use super::open::{self, Loaded};
+use super::open::{Loaded, Subject};
 use super::{print, print_json, Failure, Global, Refining, RulesFlag};
 use crate::patch::transition::constellation;
 use crate::patch::{Kind, PatchTable};
@@ -77,12 +77,16 @@ impl Stats {
     /// Counts and prints.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
         for scene in &self.scenes {
-            let loaded = open::load(scene, global)?;
-            let report = self.report(&loaded)?;
-            if global.json {
-                print_json(&report)?;
-            } else {
-                print(&text(&report));
+            match Subject::open(scene, global)? {
+                Subject::Subdivision(loaded) => {
+                    let report = self.report(&loaded)?;
+                    if global.json {
+                        print_json(&report)?;
+                    } else {
+                        print(&text(&report));
+                    }
+                }
+                Subject::Surface(surface) => super::surface::stats::run(&surface, global)?,
             }
         }
         Ok(())

@@ -320,7 +320,7 @@ impl<'t> PreparedFrame<'t> {
         let [width, height] = self.canvas.target.extent;
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
         let [r, g, b, a] = self.canvas.frame.background.unwrap_or([0.0; 4]);
-        let clear = [vk::ClearValue { color: vk::ClearColorValue { float32: [r * a, g * a, b * a, a] } }; 2];
+        let clear = Target::clear_values(self.canvas.pass, [r * a, g * a, b * a, a]);
         let begin_pass = |pass| {
             let begin = vk::RenderPassBeginInfo::builder()
                 .render_pass(pass)

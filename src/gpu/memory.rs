@@ -147,7 +147,14 @@ impl Image {
             .image(handle)
             .view_type(vk::ImageViewType::TYPE_2D)
             .format(format)
-            .subresource_range(COLOUR_RANGE);
+            .subresource_range(vk::ImageSubresourceRange {
+                aspect_mask: if usage.contains(vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT) {
+                    vk::ImageAspectFlags::DEPTH
+                } else {
+                    vk::ImageAspectFlags::COLOR
+                },
+                ..COLOUR_RANGE
+            });
         // SAFETY: the image is bound and has this format.
         image.view = unsafe { context.device.create_image_view(&info, None) }.named("vkCreateImageView", name)?;
         context.name(handle, name);

@@ -180,6 +180,10 @@ impl Pipelines {
             .color_write_mask(vk::ColorComponentFlags::RGBA)
             .build()];
         let blend = vk::PipelineColorBlendStateCreateInfo::builder().attachments(&attachments);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::builder()
+            .depth_test_enable(pass.has_depth())
+            .depth_write_enable(pass.has_depth())
+            .depth_compare_op(vk::CompareOp::LESS_OR_EQUAL);
         let states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
         let dynamic = vk::PipelineDynamicStateCreateInfo::builder().dynamic_states(&states);
 
@@ -196,6 +200,7 @@ impl Pipelines {
                 .viewport_state(&viewport)
                 .multisample_state(&multisample)
                 .color_blend_state(&blend)
+                .depth_stencil_state(&depth)
                 .dynamic_state(&dynamic);
         }
         // SAFETY: every pointer in `info` lives until the call returns; the features used were found on the device.

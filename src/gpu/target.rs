@@ -10,6 +10,19 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
+/// Format of depth buffers: one of the two of which every Vulkan device has to have one, with 1 and with 4 samples.
+fn depth_format(context: &Context) -> vk::Format {
+    // SAFETY: the physical device belongs to the instance.
+    let found = unsafe {
+        context.instance.handle.get_physical_device_format_properties(context.physical, vk::Format::D32_SFLOAT)
+    };
+    if found.optimal_tiling_features.contains(vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT) {
+        vk::Format::D32_SFLOAT
+    } else {
+        vk::Format::X8_D24_UNORM_PACK32
+    }
+}
+
 /// What a pass renders into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum PassKey {
@@ -17,6 +30,9 @@ pub(super) enum PassKey {
     Empty,
     /// A colour target of this format; with more than one sample it is resolved at the end.
     Colour { format: vk::Format, samples: u32 },
+    /// As [`PassKey::Colour`], with a depth buffer that starts at 1 and is thrown away at the end.
+    #[allow(dead_code)] // No scene in space is drawn yet.
+    Depth { format: vk::Format, samples: u32 },
     /// Draws over what a pass of this format and one sample has left; compatible with that.
     Over { format: vk::Format },
 }
@@ -24,9 +40,14 @@ pub(super) enum PassKey {
 impl PassKey {
     pub fn samples(self) -> vk::SampleCountFlags {
         match self {
-            PassKey::Colour { samples: 4, .. } => vk::SampleCountFlags::TYPE_4,
+            PassKey::Colour { samples: 4, .. } | PassKey::Depth { samples: 4, .. } => vk::SampleCountFlags::TYPE_4,
             _ => vk::SampleCountFlags::TYPE_1,
         }
+    }
+
+    /// Whether there is a depth buffer.
+    pub fn has_depth(self) -> bool {
+        matches!(self, PassKey::Depth { .. })
     }
 }
 
@@ -55,13 +76,28 @@ impl Passes {
         let mut attachments = Vec::new();
         let (colour, first, before) = match key {
             PassKey::Empty => (None, vk::AttachmentLoadOp::CLEAR, vk::ImageLayout::UNDEFINED),
-            PassKey::Colour { format, samples } => {
+            PassKey::Colour { format, samples } | PassKey::Depth { format, samples } => {
                 (Some((format, samples)), vk::AttachmentLoadOp::CLEAR, vk::ImageLayout::UNDEFINED)
             }
             PassKey::Over { format } => {
                 (Some((format, 1)), vk::AttachmentLoadOp::LOAD, vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
             }
         };
+        if key.has_depth() {
+            // Before the colours, so that the picture that is read stays the last.
+            attachments.push(
+                vk::AttachmentDescription::builder()
+                    .format(depth_format(&self.context))
+                    .samples(key.samples())
+                    .load_op(vk::AttachmentLoadOp::CLEAR)
+                    .store_op(vk::AttachmentStoreOp::DONT_CARE)
+                    .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
+                    .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
+                    .initial_layout(vk::ImageLayout::UNDEFINED)
+                    .final_layout(vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL)
+                    .build(),
+            );
+        }
         if let Some((format, samples)) = colour {
             let single = samples == 1;
             let attachment = |samples, load_op, store_op, final_layout| {
@@ -93,17 +129,23 @@ impl Passes {
         }
         let reference =
             |attachment| [vk::AttachmentReference { attachment, layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL }];
-        let (colour, resolve) = (reference(0), reference(1));
+        let first = u32::from(key.has_depth());
+        let (colour, resolve) = (reference(first), reference(first + 1));
+        let depth =
+            vk::AttachmentReference { attachment: 0, layout: vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL };
         let mut subpass = vk::SubpassDescription::builder().pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS);
         if !attachments.is_empty() {
             subpass = subpass.color_attachments(&colour);
         }
-        if attachments.len() == 2 {
+        if attachments.len() as u32 == first + 2 {
             subpass = subpass.resolve_attachments(&resolve);
+        }
+        if key.has_depth() {
+            subpass = subpass.depth_stencil_attachment(&depth);
         }
         let subpasses = [subpass.build()];
         // Before: the copy of an earlier frame. After: the copy of this one.
-        let dependencies = [
+        let mut dependencies = [
             vk::SubpassDependency {
                 src_subpass: vk::SUBPASS_EXTERNAL,
                 dst_subpass: 0,
@@ -123,6 +165,15 @@ impl Passes {
                 dependency_flags: vk::DependencyFlags::empty(),
             },
         ];
+        if key.has_depth() {
+            // The depth buffer of an earlier frame is done with.
+            let tests = vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS | vk::PipelineStageFlags::LATE_FRAGMENT_TESTS;
+            let write = vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE;
+            dependencies[0].src_stage_mask |= tests;
+            dependencies[0].dst_stage_mask |= tests;
+            dependencies[0].src_access_mask |= write;
+            dependencies[0].dst_access_mask |= write | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ;
+        }
         let mut info = vk::RenderPassCreateInfo::builder().attachments(&attachments).subpasses(&subpasses);
         if !attachments.is_empty() {
             info = info.dependencies(&dependencies);
@@ -150,7 +201,7 @@ pub(super) struct Target {
     pub extent: [u32; 2],
     pub pass: vk::RenderPass,
     pub framebuffer: vk::Framebuffer,
-    // The multisampled image first, then the one that is read.
+    // The depth buffer, the multisampled image, then the one that is read: as the pass has them.
     images: Vec<Image>,
     pixels: Option<Buffer>,
 }
@@ -160,8 +211,12 @@ impl Target {
     pub fn new(context: &Rc<Context>, passes: &Passes, key: PassKey, extent: [u32; 2]) -> Result<Target, GpuError> {
         let mut images = Vec::new();
         let mut pixels = None;
-        if let PassKey::Colour { format, samples } = key {
+        if let PassKey::Colour { format, samples } | PassKey::Depth { format, samples } = key {
             check(context, format, key.samples(), samples, extent)?;
+            if key.has_depth() {
+                let usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT;
+                images.push(Image::new(context, "depth", extent, depth_format(context), key.samples(), usage)?);
+            }
             if samples > 1 {
                 let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT;
                 images.push(Image::new(context, "multisampled colour", extent, format, key.samples(), usage)?);
@@ -190,6 +245,17 @@ impl Target {
             unsafe { context.device.create_framebuffer(&info, None) }.named("vkCreateFramebuffer", "target")?;
         context.name(framebuffer, "target");
         Ok(Target { context: Rc::clone(context), extent, pass, framebuffer, images, pixels })
+    }
+
+    /// What the pass's attachments are cleared to: `colour` is premultiplied.
+    pub fn clear_values(key: PassKey, colour: [f32; 4]) -> Vec<vk::ClearValue> {
+        let colour = vk::ClearValue { color: vk::ClearColorValue { float32: colour } };
+        let depth = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 1.0, stencil: 0 } };
+        let mut values = vec![colour; 2];
+        if key.has_depth() {
+            values.insert(0, depth);
+        }
+        values
     }
 
     /// Records the copy of the picture to the host. The pass has left the image in the layout for it.

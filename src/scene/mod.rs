@@ -4,8 +4,8 @@
 //! ranges and report file, line and column; whether the polygons form a manifold is found out in
 //! `crate::mesh`.
 //!
-//! Two formats are read, told apart by content: the native JSON ([`native`]) and the model format of the authors of
-//! ZHHK22 ([`authors`]). ZHHK22: feature-adaptive and hierarchical subdivision gradient meshes.
+//! A file's technique is told by its content ([`technique()`]). For `subdivision`, two formats are read: the native JSON
+//! ([`native`]) and the model format of the authors of ZHHK22 ([`authors`]); for `surface`, OBJ ([`surface`]).
 
 pub mod authors;
 mod error;
@@ -14,9 +14,12 @@ mod json_position;
 pub mod native;
 pub mod numbering;
 pub mod shapes;
+pub mod surface;
+mod technique;
 
 pub use error::SceneError;
 pub use file::{read_bounded, write_atomically, LARGEST_FILE};
+pub use technique::{technique, Technique};
 
 use glam::{DVec2, DVec4};
 use std::path::Path;
@@ -157,7 +160,7 @@ impl Scene {
             Some(b'{') => native::read(bytes).map_err(|fault| fault.in_file(file))?,
             Some(b'<') => {
                 return at_start(
-                    "technique ferguson (SVG mesh gradients) is not available",
+                    "this is a scene of technique ferguson (an SVG mesh gradient)",
                     "give a subdivision scene",
                 );
             }
