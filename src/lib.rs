@@ -35,6 +35,7 @@
 //! | [`check`] | the limit by a road of its own; cracks |
 //! | [`timing`] | frame timings as plain data: protocol, statistics, the files of a run |
 //! | [`image`] | PNG files and their comparison |
+//! | [`mod@edit`] | an editor's operations without a window: handles, limit editing, influence, folds, undo, journal |
 //! | [`command`] | the command line |
 //!
 //! # Conventions
@@ -95,7 +96,7 @@
 //! | 4.3 patches: bicubic, Gregory, transition | [`patch::build`](mod@patch::build), [`patch::points`], [`patch::Kind`] |
 //! | 4.4 sharp transitions and darts, Fig. 9 | [`subdiv::edit::paint`], [`subdiv::level::Level::colour_border`], [`subdiv::fan::colour_fan`]; `scenes/unit/sharp_dart.json` |
 //! | 5.1 editing, brushes, region of influence, Fig. 10 | - no editor |
-//! | 5.2 limit points are what is dragged | [`subdiv::limit::control_for_limit`]; no editor uses it yet |
+//! | 5.2 limit points are what is dragged | [`mod@edit::drag`], which also sees finer edits; [`subdiv::limit::control_for_limit`] |
 //! | 5.2 self-intersection prevention, Fig. 11 | - ; [`mesh::shape_notes`] warns of faces that are not convex (7.1) |
 //! | 6 Table 1 | `gradtess stats`; `tests/paper_models.rs` |
 //! | 6 difference from the limit in the RGB cube | [`check::exact::ExactFace`]; `gradtess sample --exact` |
@@ -132,6 +133,7 @@
 pub mod camera;
 pub mod check;
 pub mod command;
+pub mod edit;
 pub mod gpu;
 pub mod image;
 pub mod mesh;

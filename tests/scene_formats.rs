@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec4};
 use gradtess::scene::{
-    authors, native, shapes, ColourEdit, CornerRule, Frame, GeometryEdit, Handle, Scene, SceneError,
+    authors, native, shapes, ColourEdit, CornerRule, Frame, GeometryEdit, Handle, Reference, Scene, SceneError,
 };
 use gradtess::{mesh::build, subdiv::index_map::IndexMap};
 use proptest::prelude::*;
@@ -241,8 +241,15 @@ fn scene() -> impl Strategy<Value = Scene> {
                 };
                 let mut mesh = mesh.clone();
                 mesh.positions = positions;
+                let reference = smooth.then(|| Reference {
+                    file: name.clone(),
+                    rect: [0.1, -2.0, 3.0, 1e-3],
+                    opacity: 0.25,
+                    locked: mesh.positions.len() % 2 == 0,
+                });
                 Scene {
                     name,
+                    reference,
                     mesh,
                     corners: if smooth { CornerRule::Smooth } else { CornerRule::Sharp },
                     corner_colours: initial.unwrap_or_default(),

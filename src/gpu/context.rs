@@ -7,8 +7,12 @@ use ash::extensions::ext::CalibratedTimestamps;
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::rc::Rc;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+
+/// The allocator, until the device goes.
+#[derive(Clone, Default)]
+pub struct SharedAllocator(pub(super) Arc<Mutex<Option<Allocator>>>);
 
 pub(super) struct Context {
     pub device: ash::Device,
@@ -18,9 +22,10 @@ pub(super) struct Context {
     pub physical: vk::PhysicalDevice,
     /// Present when the device has the extension.
     pub calibrated: Option<CalibratedTimestamps>,
-    pool: vk::CommandPool,
-    // Emptied in Drop, before the device goes.
-    allocator: Mutex<Option<Allocator>>,
+    pub queue_family: u32,
+    pub(super) pool: vk::CommandPool,
+    // Emptied in Drop, before the device goes. Shared with what draws the editor's widgets.
+    pub allocator: SharedAllocator,
     // Last: dropped after the body of Drop has destroyed the device.
     pub instance: Instance,
 }
@@ -34,7 +39,8 @@ pub(super) struct Submission {
 }
 
 impl Context {
-    pub fn new(instance: Instance, candidate: Candidate) -> Result<Context, GpuError> {
+    /// `present`: whether frames go to a window.
+    pub fn new(instance: Instance, candidate: Candidate, present: bool) -> Result<Context, GpuError> {
         let Candidate { handle, queue_family, optional, info } = candidate;
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::builder()
@@ -46,11 +52,16 @@ impl Context {
             .fill_mode_non_solid(optional.wire)
             .pipeline_statistics_query(optional.statistics)
             .vertex_pipeline_stores_and_atomics(optional.readback);
-        let extensions: &[_] =
-            if optional.calibrated { &[vk::ExtCalibratedTimestampsFn::name().as_ptr()] } else { &[] };
+        let mut extensions = Vec::new();
+        if optional.calibrated {
+            extensions.push(vk::ExtCalibratedTimestampsFn::name().as_ptr());
+        }
+        if present {
+            extensions.push(ash::extensions::khr::Swapchain::name().as_ptr());
+        }
         let create = vk::DeviceCreateInfo::builder()
             .queue_create_infos(&queues)
-            .enabled_extension_names(extensions)
+            .enabled_extension_names(&extensions)
             .enabled_features(&features);
         // SAFETY: the queue family and the features were found on this very device; the pointers live until the call returns.
         let device =
@@ -80,12 +91,13 @@ impl Context {
             info,
             physical: handle,
             calibrated: optional.calibrated.then(|| CalibratedTimestamps::new(&instance.entry, &instance.handle)),
+            queue_family,
             pool: vk::CommandPool::null(),
-            allocator: Mutex::new(None),
+            allocator: SharedAllocator::default(),
             instance,
         };
         context.pool = pool.named("vkCreateCommandPool", "gradtess")?;
-        *context.allocator.get_mut().unwrap_or_else(PoisonError::into_inner) =
+        *context.allocator() =
             Some(allocator.map_err(|e| GpuError::Memory { object: "the allocator".to_owned(), what: e.to_string() })?);
         context.name(context.queue, "gradtess queue");
         context.name(context.pool, "gradtess commands");
@@ -94,7 +106,7 @@ impl Context {
 
     /// The allocator, for as long as the guard lives.
     pub fn allocator(&self) -> MutexGuard<'_, Option<Allocator>> {
-        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+        self.allocator.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Gives an object its name in validation messages and captures.
@@ -176,6 +188,17 @@ impl Commands {
     /// # Errors
     /// What `record` or a call returned. After a failed wait the device is idle or lost.
     pub fn run(&self, record: impl FnOnce(vk::CommandBuffer) -> Result<(), GpuError>) -> Result<Submission, GpuError> {
+        self.run_between(None, None, record)
+    }
+
+    /// As [`Commands::run`], after `wait` (before anything is written to a colour attachment or copied) and with a signal
+    /// to `then`.
+    pub fn run_between(
+        &self,
+        wait: Option<vk::Semaphore>,
+        then: Option<vk::Semaphore>,
+        record: impl FnOnce(vk::CommandBuffer) -> Result<(), GpuError>,
+    ) -> Result<Submission, GpuError> {
         let device = &self.context.device;
         let start = Instant::now();
         let begin = vk::CommandBufferBeginInfo::builder().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -189,8 +212,15 @@ impl Commands {
 
         let start = Instant::now();
         let buffers = [self.buffer];
-        let submits = [vk::SubmitInfo::builder().command_buffers(&buffers).build()];
-        // SAFETY: the fence is unsignalled, the buffer recorded; `buffers` lives until the call returns.
+        let (waits, signals) = (wait.as_slice(), then.as_slice());
+        let stages = [vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT | vk::PipelineStageFlags::TRANSFER];
+        let submits = [vk::SubmitInfo::builder()
+            .wait_semaphores(waits)
+            .wait_dst_stage_mask(&stages[..waits.len()])
+            .command_buffers(&buffers)
+            .signal_semaphores(signals)
+            .build()];
+        // SAFETY: the fence is unsignalled, the buffer recorded; the arrays live until the call returns.
         unsafe {
             device.reset_fences(&[self.fence]).named("vkResetFences", &self.name)?;
             device.queue_submit(self.context.queue, &submits, self.fence).named("vkQueueSubmit", &self.name)?;

@@ -207,6 +207,25 @@ fn driver(instance: &Instance, handle: vk::PhysicalDevice, device_api: u32) -> (
     (text(&driver.driver_name), text(&driver.driver_info))
 }
 
+/// The devices that can show frames on a surface; the others lack that.
+pub(super) fn presenting(
+    mut all: Vec<Candidate>,
+    loader: &ash::extensions::khr::Surface,
+    surface: vk::SurfaceKHR,
+    instance: &Instance,
+) -> Vec<Candidate> {
+    for candidate in &mut all {
+        // SAFETY: device, family and surface belong to one instance.
+        let shows =
+            unsafe { loader.get_physical_device_surface_support(candidate.handle, candidate.queue_family, surface) };
+        let swapchain = has_extension(instance, candidate.handle, ash::extensions::khr::Swapchain::name());
+        if !(swapchain && shows.unwrap_or(false)) {
+            candidate.info.missing.push("presenting to this window".to_owned());
+        }
+    }
+    all
+}
+
 /// Takes the device asked for (its index, or a part of its name in any case), or else the usable one that is
 /// probably fastest: discrete, integrated, virtual, then software.
 pub(super) fn choose(mut all: Vec<Candidate>, asked: Option<&str>) -> Result<Candidate, GpuError> {

@@ -159,6 +159,34 @@ pub struct Canvas {
 }
 
 impl Canvas {
+    /// The frame that it draws.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// What the frame shows from now on; the size and what is rendered into stay.
+    ///
+    /// # Errors
+    /// The frame is senseless, or needs another canvas.
+    pub fn reframe(&mut self, frame: &Frame) -> Result<(), GpuError> {
+        frame.check()?;
+        if !self.fits(frame) {
+            return Err(GpuError::Request("a frame of another size needs another canvas".to_owned()));
+        }
+        self.frame = frame.clone();
+        Ok(())
+    }
+
+    /// Whether [`Canvas::reframe`] takes a frame.
+    pub fn fits(&self, frame: &Frame) -> bool {
+        let same = |f: &Frame| (f.width, f.height, f.samples, f.target_format());
+        same(frame) == same(&self.frame)
+    }
+
+    pub(super) fn view(&self) -> vk::ImageView {
+        self.target.view()
+    }
+
     pub(super) fn new(
         context: &Rc<Context>,
         pipelines: &Pipelines,
@@ -251,6 +279,22 @@ impl<'t> PreparedFrame<'t> {
     /// # Errors
     /// A call failed, or the device was lost.
     pub fn run(&self, read: bool) -> Result<FrameTimes, GpuError> {
+        self.run_and(|commands| {
+            if read {
+                self.canvas.target.record_copy(commands);
+            }
+        })
+    }
+
+    /// As [`PreparedFrame::run`], and leaves the picture for a window to show ([`super::Screen::texture`]).
+    ///
+    /// # Errors
+    /// As [`PreparedFrame::run`].
+    pub fn run_to_show(&self) -> Result<FrameTimes, GpuError> {
+        self.run_and(|commands| self.canvas.target.record_for_sampling(commands))
+    }
+
+    fn run_and(&self, then: impl FnOnce(vk::CommandBuffer)) -> Result<FrameTimes, GpuError> {
         let submission = self.canvas.commands.run(|commands| {
             let timestamps = self.canvas.timestamps.as_ref();
             let whole = self.scopes.len();
@@ -262,9 +306,7 @@ impl<'t> PreparedFrame<'t> {
             if let Some(timestamps) = timestamps {
                 timestamps.record_end(commands, whole);
             }
-            if read {
-                self.canvas.target.record_copy(commands);
-            }
+            then(commands);
             Ok(())
         })?;
         let mut gpu = match &self.canvas.timestamps {

@@ -45,7 +45,8 @@ pub(super) struct Instance {
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 impl Instance {
-    pub fn new(validate: bool) -> Result<Instance, GpuError> {
+    /// `surface`: the instance extensions that a window system needs.
+    pub fn new(validate: bool, surface: &[CString]) -> Result<Instance, GpuError> {
         // SAFETY: loading a library runs its initialisers; the system's Vulkan loader is trusted.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::Loader(e.to_string()))?;
         let version = entry
@@ -84,6 +85,12 @@ impl Instance {
         }
         if validate && has(vk::ExtValidationFeaturesFn::name()) {
             names.push(vk::ExtValidationFeaturesFn::name().as_ptr());
+        }
+        for name in surface {
+            if !has(name) {
+                return Err(GpuError::Loader(format!("it cannot show windows: {} is missing", name.to_string_lossy())));
+            }
+            names.push(name.as_ptr());
         }
 
         let application =

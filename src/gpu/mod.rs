@@ -29,9 +29,11 @@ mod shader;
 mod show;
 mod table;
 mod target;
+mod window;
 
 pub use calibrate::Calibration;
 pub use canary::{Canary, CANARIES};
+pub use context::SharedAllocator;
 pub use device::{DeviceInfo, Limits};
 pub use draw::{Canvas, Format, Frame, FrameTimes, Pixels, PreparedFrame, Rendered};
 pub use error::GpuError;
@@ -40,6 +42,7 @@ pub use query::{GpuSpan, GpuTimes, Statistics};
 pub use readback::EvaluatedPoint;
 pub use show::{level_colour, patch_colour, Show, WIRE_COLOUR};
 pub use table::DeviceTable;
+pub use window::{Outcome, Screen};
 
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
@@ -69,7 +72,7 @@ pub struct Gpu {
 /// # Errors
 /// There is no Vulkan loader, or it failed.
 pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
-    let instance = Instance::new(false)?;
+    let instance = Instance::new(false, &[])?;
     Ok(device::list(&instance)?.into_iter().map(|candidate| candidate.info).collect())
 }
 
@@ -79,9 +82,9 @@ impl Gpu {
     /// # Errors
     /// No loader, no validation layer (when asked for), no such device, or one that lacks what is needed.
     pub fn new(options: &GpuOptions) -> Result<Gpu, GpuError> {
-        let instance = Instance::new(options.validate)?;
+        let instance = Instance::new(options.validate, &[])?;
         let candidate = device::choose(device::list(&instance)?, options.device.as_deref())?;
-        let context = Rc::new(Context::new(instance, candidate)?);
+        let context = Rc::new(Context::new(instance, candidate, false)?);
         Ok(Gpu { pipelines: Pipelines::new(&context)?, context })
     }
 

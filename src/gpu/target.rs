@@ -3,7 +3,7 @@
 
 use super::context::Context;
 use super::error::{GpuError, Named};
-use super::memory::{Buffer, Image};
+use super::memory::{Buffer, Image, COLOUR_RANGE};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use std::cell::RefCell;
@@ -221,7 +221,9 @@ impl Target {
                 let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT;
                 images.push(Image::new(context, "multisampled colour", extent, format, key.samples(), usage)?);
             }
-            let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+            let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
+                | vk::ImageUsageFlags::TRANSFER_SRC
+                | vk::ImageUsageFlags::SAMPLED;
             images.push(Image::new(context, "colour", extent, format, vk::SampleCountFlags::TYPE_1, usage)?);
             let bytes = if format == vk::Format::R8G8B8A8_UNORM { 4 } else { 16 };
             pixels = Some(Buffer::new(
@@ -295,6 +297,39 @@ impl Target {
                 &[],
                 &[barrier.build()],
                 &[],
+            );
+        }
+    }
+
+    /// The image that the pass leaves, for shaders to read after [`Target::record_for_sampling`].
+    pub fn view(&self) -> vk::ImageView {
+        self.images.last().map_or(vk::ImageView::null(), |image| image.view)
+    }
+
+    /// Lets fragment shaders read the picture. The pass has left the image in the layout for a copy.
+    pub fn record_for_sampling(&self, commands: vk::CommandBuffer) {
+        let Some(image) = self.images.last() else {
+            return;
+        };
+        let barrier = vk::ImageMemoryBarrier::builder()
+            .src_access_mask(vk::AccessFlags::COLOR_ATTACHMENT_WRITE)
+            .dst_access_mask(vk::AccessFlags::SHADER_READ)
+            .old_layout(vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
+            .new_layout(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image.handle)
+            .subresource_range(COLOUR_RANGE);
+        // SAFETY: recording, outside a render pass; the layouts are those before and after.
+        unsafe {
+            self.context.device.cmd_pipeline_barrier(
+                commands,
+                vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT | vk::PipelineStageFlags::TRANSFER,
+                vk::PipelineStageFlags::FRAGMENT_SHADER,
+                vk::DependencyFlags::empty(),
+                &[],
+                &[],
+                &[barrier.build()],
             );
         }
     }

@@ -7,6 +7,7 @@
 
 pub mod edits;
 pub mod forest;
+pub mod region;
 
 use crate::mesh::HalfEdgeMesh;
 use crate::scene::{CornerRule, Scene};

@@ -22,10 +22,11 @@ pub use file::{read_bounded, write_atomically, LARGEST_FILE};
 pub use technique::{technique, Technique};
 
 use glam::{DVec2, DVec4};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// What happens at a boundary vertex with one face (valence 2), and at any one-face colour sector.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CornerRule {
     /// The vertex is interpolated (a sharp corner). The authors' tool does this.
     #[default]
@@ -35,7 +36,7 @@ pub enum CornerRule {
 }
 
 /// Polygons as the user wrote them.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InputMesh {
     /// One position a vertex, scene units, y up.
     pub positions: Vec<DVec2>,
@@ -48,7 +49,7 @@ pub struct InputMesh {
 }
 
 /// How a geometry edit writes its displacement (ZHHK22 3.3, Fig. 3).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Frame {
     /// `dV = a e1 + b e2`, `e1` along the half-edge from the moved vertex, `e2` along the next spoke.
     Sector,
@@ -57,7 +58,7 @@ pub enum Frame {
 }
 
 /// One geometry edit: moves a control vertex of M^level.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GeometryEdit {
     /// Level of the mesh the edit belongs to; 0 is the mesh after the ternary step.
     pub level: u32,
@@ -75,7 +76,7 @@ pub struct GeometryEdit {
 }
 
 /// One colour edit: sets the colour of one sector (half-edge) of a colour vertex of M^level.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourEdit {
     /// Level of the mesh the edit belongs to.
     pub level: u32,
@@ -86,7 +87,7 @@ pub struct ColourEdit {
 }
 
 /// An absolute position that replaces one point made by the ternary step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Handle {
     /// Half-edge of the input mesh (file order; half-edge `k` of a face ends in the face's vertex `k`). For an edge
     /// point it may also be a boundary half-edge: those follow the interior ones in the order of their twins.
@@ -117,8 +118,24 @@ pub struct Scene {
     pub geometry: Vec<GeometryEdit>,
     /// Colour edits, at most one for each (level, half-edge).
     pub colours: Vec<ColourEdit>,
+    /// A picture under the mesh, to draw after.
+    pub reference: Option<Reference>,
     /// Where the edits stand in their file.
     pub edit_lines: EditLines,
+}
+
+/// A picture that an editor shows under the mesh. It is no part of what is drawn otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {
+    /// PNG file; a relative name counts from the scene's folder.
+    pub file: String,
+    /// Model rectangle x0, y0, x1, y1 that it fills, y1 at the top.
+    pub rect: [f64; 4],
+    /// 0 (hidden) to 1.
+    pub opacity: f64,
+    /// Whether it stays where it is.
+    pub locked: bool,
 }
 
 /// Source line (from 1) of each edit, or empty when there is no file. For error messages only: two scenes are equal

@@ -3,6 +3,7 @@
 use super::VERSION;
 use crate::scene::error::{quoted, Fault};
 use crate::scene::json_position::{place, Step::Key};
+use crate::scene::Reference;
 use glam::DVec4;
 use serde::Deserialize;
 
@@ -32,6 +33,7 @@ pub(super) struct Document {
     pub geometry: Vec<Geometry>,
     #[serde(default)]
     pub colour: Vec<Coloured>,
+    pub reference: Option<Reference>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]

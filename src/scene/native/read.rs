@@ -4,7 +4,9 @@ use super::document::{head_fault, parse, Colour, Coloured, Corners, Document, Fr
 use crate::scene::error::Fault;
 use crate::scene::json_position::{element_lines, line_column, place, Step};
 use crate::scene::numbering::{ends, HalfEdges, FINEST_LEVEL};
-use crate::scene::{shapes, ColourEdit, CornerRule, EditLines, Frame, GeometryEdit, Handle, InputMesh, Scene};
+use crate::scene::{
+    shapes, ColourEdit, CornerRule, EditLines, Frame, GeometryEdit, Handle, InputMesh, Reference, Scene,
+};
 use glam::{DVec2, DVec4};
 use std::collections::HashSet;
 use Step::{Index, Key};
@@ -45,6 +47,7 @@ impl Check<'_> {
             face_points: self.points("face_points", &document.face_points, input.interior)?,
             geometry: self.geometry(input)?,
             colours: self.colours(input)?,
+            reference: self.reference()?,
             edit_lines: EditLines {
                 geometry: element_lines(self.text, &[Key("geometry")]),
                 colours: element_lines(self.text, &[Key("colour")]),
@@ -158,6 +161,20 @@ impl Check<'_> {
             self.once(seen.insert(point.half_edge), &path)?;
         }
         Ok(points.iter().map(|point| Handle { half_edge: point.half_edge, at: point.at.into() }).collect())
+    }
+
+    fn reference(&self) -> Result<Option<Reference>, Fault> {
+        let Some(reference) = &self.document.reference else { return Ok(None) };
+        let [x0, y0, x1, y1] = reference.rect;
+        if !(x1 > x0 && y1 > y0) {
+            let fix = "give x0, y0, x1, y1 with x0 < x1 and y0 < y1";
+            return Err(self.fault(&[Key("reference"), Key("rect")], "the rectangle is empty", fix));
+        }
+        if !(0.0..=1.0).contains(&reference.opacity) {
+            let what = format!("opacity {} is out of range", reference.opacity);
+            return Err(self.fault(&[Key("reference"), Key("opacity")], what, "give 0 (hidden) to 1"));
+        }
+        Ok(Some(reference.clone()))
     }
 
     fn once(&self, new: bool, path: &[Step]) -> Result<(), Fault> {

@@ -47,6 +47,13 @@ pub fn write(scene: &Scene) -> String {
             }),
         ),
     ];
+    let reference = scene.reference.as_ref().map(|r| {
+        let rect: Vec<String> = r.rect.iter().map(|&x| real(x)).collect();
+        let (file, rect, opacity, locked) = (text(&r.file), rect.join(", "), real(r.opacity), r.locked);
+        let value = format!("{{ \"file\": {file}, \"rect\": [{rect}], \"opacity\": {opacity}, \"locked\": {locked} }}");
+        member("reference", value)
+    });
+    members.extend(reference);
     members.extend(optional.into_iter().filter(|member| !member.is_empty()));
     format!("{{\n{}\n}}\n", members.join(",\n"))
 }

@@ -1,0 +1,302 @@
+//! The journal of a session: enough to restore everything after a crash but the last moment.
+//!
+//! One JSON document a line. The first is the scene as the session found it; then every step, undo and redo, and a
+//! `live` line with what a gesture has done so far. Lines are only appended, so that a crash spoils the last one at
+//! worst; a reader stops at the first line that is spoiled. A journal is locked as long as its session lives, and gone
+//! once its scene is saved or given up.
+
+use super::change::Change;
+use super::history::{History, Step};
+use crate::scene::{native, Scene};
+use serde::{Deserialize, Serialize};
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+
+/// Version of the journal's format.
+const VERSION: u32 = 1;
+
+/// Name of journals: `.NAME.PID.gradtess-journal`.
+const EXTENSION: &str = "gradtess-journal";
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Line {
+    Begin { version: u32, file: Option<PathBuf>, scene: String },
+    Step { label: String, change: Change },
+    Undo,
+    Redo,
+    Live { change: Change },
+}
+
+/// An open journal.
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+}
+
+/// What a journal holds.
+#[derive(Debug)]
+pub struct Restored {
+    /// The journal's own file.
+    pub path: PathBuf,
+    /// The scene file it belongs to, if it was ever saved.
+    pub file: Option<PathBuf>,
+    /// The scene as it was last.
+    pub scene: Scene,
+    /// Its steps, so that they can still be undone.
+    pub history: History,
+    /// Steps read.
+    pub steps: usize,
+}
+
+impl Journal {
+    /// Starts the journal of `scene` beside `file`, or in `state` where there is no file or its folder cannot be
+    /// written to.
+    ///
+    /// # Errors
+    /// Neither folder can be written to.
+    pub fn begin(file: Option<&Path>, state: Option<&Path>, scene: &Scene) -> std::io::Result<Journal> {
+        let name = file.and_then(Path::file_name).map_or("untitled".into(), |n| n.to_string_lossy().into_owned());
+        let beside = file.map(folder_of);
+        let mut failed = std::io::Error::new(std::io::ErrorKind::NotFound, "there is no folder for the journal");
+        for folder in beside.as_deref().into_iter().chain(state) {
+            if Some(folder) == state {
+                let _ = std::fs::create_dir_all(folder);
+            }
+            for n in 0..100 {
+                let path = folder.join(format!(".{name}.{}.{n}.{EXTENSION}", std::process::id()));
+                match OpenOptions::new().append(true).create_new(true).open(&path) {
+                    Ok(handle) => {
+                        lock(&handle);
+                        let mut journal = Journal { path, file: handle };
+                        let file = file.map(|f| std::path::absolute(f).unwrap_or_else(|_| f.to_path_buf()));
+                        journal.write(&Line::Begin { version: VERSION, file, scene: native::write(scene) })?;
+                        return Ok(journal);
+                    }
+                    Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
+                    Err(e) => {
+                        failed = e;
+                        break;
+                    }
+                }
+            }
+        }
+        Err(failed)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Adds a step.
+    ///
+    /// # Errors
+    /// The disk is full or gone.
+    pub fn step(&mut self, step: &Step) -> std::io::Result<()> {
+        self.write(&Line::Step { label: step.label.clone(), change: step.change.clone() })
+    }
+
+    /// Adds an undo or (`forward`) a redo.
+    ///
+    /// # Errors
+    /// As [`Journal::step`].
+    pub fn moved(&mut self, forward: bool) -> std::io::Result<()> {
+        self.write(if forward { &Line::Redo } else { &Line::Undo })
+    }
+
+    /// Adds what a gesture that still goes on has changed so far.
+    ///
+    /// # Errors
+    /// As [`Journal::step`].
+    pub fn live(&mut self, change: Change) -> std::io::Result<()> {
+        self.write(&Line::Live { change })
+    }
+
+    fn write(&mut self, line: &Line) -> std::io::Result<()> {
+        let mut text = serde_json::to_vec(line).map_err(std::io::Error::other)?;
+        text.push(b'\n');
+        self.file.write_all(&text)?;
+        self.file.sync_data()
+    }
+
+    /// Removes it: the scene is saved, or given up.
+    pub fn end(self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+fn folder_of(file: &Path) -> PathBuf {
+    match file.parent() {
+        Some(folder) if folder != Path::new("") => folder.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// Holds the file for this process; the system lets go of it however the process ends.
+fn lock(file: &File) -> bool {
+    rustix::fs::flock(file, rustix::fs::FlockOperation::NonBlockingLockExclusive).is_ok()
+}
+
+/// Journals that sessions which no longer run have left beside `file`, or in `folder` for scenes without one; the
+/// newest first.
+pub fn left_behind(file: Option<&Path>, state: Option<&Path>) -> Vec<PathBuf> {
+    let name = file.and_then(Path::file_name).map_or("untitled".into(), |n| n.to_string_lossy().into_owned());
+    let start = format!(".{name}.");
+    let mut found = Vec::new();
+    for folder in file.map(folder_of).into_iter().chain(state.map(Path::to_path_buf)) {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            let ours = path.extension().is_some_and(|e| e == EXTENSION)
+                && entry.file_name().to_string_lossy().starts_with(&start);
+            if ours && File::open(&path).is_ok_and(|f| lock(&f)) {
+                let time = entry.metadata().and_then(|m| m.modified()).ok();
+                found.push((time, path));
+            }
+        }
+    }
+    found.sort();
+    found.into_iter().rev().map(|(_, path)| path).collect()
+}
+
+/// Reads a journal as far as it is whole.
+///
+/// # Errors
+/// What is wrong, in one line, when not even its beginning can be read.
+pub fn restore(path: &Path) -> Result<Restored, String> {
+    let fault = |what: String| format!("{}: {what}; remove it if it is of no use", path.display());
+    let file = File::open(path).map_err(|e| fault(format!("the journal cannot be read ({e})")))?;
+    let mut lines = BufReader::new(file.take(crate::scene::LARGEST_FILE)).split(b'\n').map_while(Result::ok);
+    let first = lines.next().unwrap_or_default();
+    let Ok(Line::Begin { version: VERSION, file, scene }) = serde_json::from_slice(&first) else {
+        return Err(fault("this is no journal of this version".to_owned()));
+    };
+    let name = path.display().to_string();
+    let mut scene = Scene::parse(scene.as_bytes(), &name).map_err(|e| fault(e.to_string()))?;
+    // Lines of the journal's copy mean nothing to the user.
+    scene.mesh.face_line.clear();
+    let mut out = Restored { path: path.to_path_buf(), file, scene, history: History::default(), steps: 0 };
+    let mut live: Option<Change> = None;
+    for line in lines {
+        let Ok(line) = serde_json::from_slice::<Line>(&line) else { break };
+        out.steps += 1;
+        match line {
+            Line::Begin { .. } => break,
+            Line::Live { change } => {
+                live = Some(change);
+                continue;
+            }
+            Line::Step { label, change } => {
+                if !change.apply(&mut out.scene, true) {
+                    break;
+                }
+                out.history.add(Step { label, change });
+            }
+            Line::Undo => {
+                out.history.undo(&mut out.scene);
+            }
+            Line::Redo => {
+                out.history.redo(&mut out.scene);
+            }
+        }
+        live = None;
+    }
+    if let Some(change) = live {
+        if change.apply(&mut out.scene, true) {
+            out.history.add(Step { label: "unfinished gesture".to_owned(), change });
+        }
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::shapes::builtin;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("gradtess-journal-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    fn scene() -> Scene {
+        Scene { name: "a".into(), mesh: builtin("quad").unwrap(), ..Scene::default() }
+    }
+
+    /// Moves vertex 1 to x by a step.
+    fn moved(scene: &mut Scene, history: &mut History, x: f64) -> Step {
+        let before = scene.clone();
+        scene.mesh.positions[1].x = x;
+        history.push("move", &before, scene).unwrap().clone()
+    }
+
+    #[test]
+    fn steps_undo_redo_and_a_gesture_come_back_and_a_torn_line_is_left_out() {
+        let folder = folder("all");
+        let file = folder.join("a.json");
+        let mut now = scene();
+        let mut history = History::default();
+        let mut journal = Journal::begin(Some(&file), None, &now).unwrap();
+        for i in 0..5 {
+            journal.step(&moved(&mut now, &mut history, 0.1 + f64::from(i) / 3.0)).unwrap();
+        }
+        history.undo(&mut now);
+        journal.moved(false).unwrap();
+        history.undo(&mut now);
+        journal.moved(false).unwrap();
+        history.redo(&mut now);
+        journal.moved(true).unwrap();
+        let read = restore(journal.path()).unwrap();
+        assert_eq!((&read.scene, read.file.as_deref()), (&now, Some(file.as_path())));
+        assert_eq!(read.history.labels(), history.labels());
+
+        // A gesture that goes on, and then a line that the crash cut in half.
+        let before = now.clone();
+        now.mesh.positions[2].y = 7.0;
+        journal.live(Change::between(&before, &now)).unwrap();
+        journal.file.write_all(b"{\"step\":{\"label\":\"mo").unwrap();
+        assert_eq!(restore(journal.path()).unwrap().scene, now);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_live_session_keeps_its_journal_to_itself() {
+        let folder = folder("lock");
+        let file = folder.join("a.json");
+        let journal = Journal::begin(Some(&file), None, &scene()).unwrap();
+        assert!(left_behind(Some(&file), None).is_empty());
+        let second = Journal::begin(Some(&file), None, &scene()).unwrap();
+        assert_ne!(journal.path(), second.path());
+        let path = journal.path().to_path_buf();
+        drop(journal);
+        assert_eq!(left_behind(Some(&file), None), [path]);
+        second.end();
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn without_a_folder_beside_it_the_journal_goes_to_the_state_folder() {
+        let state = folder("state").join("deep/state");
+        let missing = Path::new("/no/such/folder/a.json");
+        let journal = Journal::begin(Some(missing), Some(&state), &scene()).unwrap();
+        assert!(journal.path().starts_with(&state));
+        drop(journal);
+        assert_eq!(left_behind(Some(missing), Some(&state)).len(), 1);
+        assert!(Journal::begin(Some(missing), None, &scene()).is_err());
+    }
+
+    #[test]
+    fn what_is_no_journal_is_refused_in_one_line() {
+        let folder = folder("bad");
+        let path = folder.join("x");
+        for text in ["", "{}", "{\"begin\":{\"version\":9,\"file\":null,\"scene\":\"\"}}\n", "\u{0}\n"] {
+            std::fs::write(&path, text).unwrap();
+            let error = restore(&path).unwrap_err();
+            assert!(!error.contains('\n') && error.contains("; "), "{error}");
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}
