@@ -170,7 +170,8 @@ pub fn find(segments: &[[DVec2; 2]], covered: &[bool], width: u32, height: u32) 
         .collect()
 }
 
-fn distance(p: DVec2, a: DVec2, b: DVec2) -> f64 {
+/// Distance of `p` from the segment from `a` to `b`.
+pub fn distance(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     let d = b - a;
     let t = if d == DVec2::ZERO { 0.0 } else { ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
     (p - (a + d * t)).length()

@@ -24,6 +24,16 @@ pub fn into_child(s: u32, u: f64, v: f64) -> [f64; 2] {
     }
 }
 
+/// The inverse of [`into_child`].
+pub fn from_child(s: u32, u: f64, v: f64) -> [f64; 2] {
+    match s {
+        0 => [0.5 * u, 0.5 * v],
+        1 => [1.0 - 0.5 * v, 0.5 * u],
+        2 => [1.0 - 0.5 * u, 1.0 - 0.5 * v],
+        _ => [0.5 * v, 1.0 - 0.5 * u],
+    }
+}
+
 /// Corner of a quad whose quarter holds (u, v).
 pub fn quarter(u: f64, v: f64) -> u32 {
     match (u < 0.5, v < 0.5) {
@@ -34,72 +44,80 @@ pub fn quarter(u: f64, v: f64) -> u32 {
     }
 }
 
-/// One face with the ring that its surface depends on, refined as samples ask for it.
+/// One face with what its surface depends on, refined as samples ask for it.
 pub struct ExactFace {
-    level: Level,
-    face: u32,
+    shape: Shape,
     corners: CornerRule,
-    regular: bool,
-    children: Option<Box<[ExactFace; 4]>>,
+}
+
+enum Shape {
+    /// Control points of a regular face.
+    Regular(Box<[[Value; 4]; 4]>),
+    /// An irregular face, and its four children once a sample has asked for them.
+    Irregular { level: Level, face: u32, children: Option<Box<[ExactFace; 4]>> },
 }
 
 impl ExactFace {
     /// The limit over quad `face` of level `level` of a refinement. That the face is drawn there is not asked, but
-    /// edits of finer levels are not seen.
+    /// edits of finer levels are not seen. A regular face costs its control points, an irregular one a copy of the level.
     pub fn new(refinement: &Refinement, level: usize, face: u32) -> ExactFace {
-        ExactFace::of(refinement.levels[level].clone(), face, refinement.corners)
+        ExactFace::of(&refinement.levels[level], face, refinement.corners)
     }
 
-    fn of(mut level: Level, face: u32, corners: CornerRule) -> ExactFace {
-        // Names take two bits a level, so they would overflow on the way down. Nothing here needs them.
-        level.face.fill(0);
-        let regular = !irregular_face(&level, face, corners, Rules::Gradtess);
-        ExactFace { level, face, corners, regular, children: None }
+    fn of(level: &Level, face: u32, corners: CornerRule) -> ExactFace {
+        let shape = if irregular_face(level, face, corners, Rules::Gradtess) {
+            // Names take two bits a level, so they would overflow on the way down. Nothing here needs them.
+            let level = Level { face: vec![0; level.faces()], ..level.clone() };
+            Shape::Irregular { level, face, children: None }
+        } else {
+            Shape::Regular(Box::new(spline_net(level, face)))
+        };
+        ExactFace { shape, corners }
     }
 
-    /// Limit position and colour at (u, v) of the face.
+    /// Limit position and colour at (u, v) of the face. Over a regular face (u, v) may lie a little outside [0, 1]: the
+    /// polynomial goes on.
     pub fn at(&mut self, u: f64, v: f64) -> Value {
         self.descend(u, v, DEEPEST)
     }
 
     fn descend(&mut self, u: f64, v: f64, steps: u32) -> Value {
-        if self.regular {
-            return self.spline(u, v);
+        let corners = self.corners;
+        match &mut self.shape {
+            Shape::Regular(net) => sum(net, basis(u), basis(v)),
+            Shape::Irregular { level, face, children } => {
+                let s = quarter(u, v);
+                if steps == 0 {
+                    return corner(level, level.first(*face) + s, corners);
+                }
+                let [u, v] = into_child(s, u, v);
+                let children = children.get_or_insert_with(|| {
+                    let mut wanted = vec![false; level.faces()];
+                    wanted[*face as usize] = true;
+                    let next = catmull_clark::refine(level, &wanted, corners);
+                    let first = level.first(*face);
+                    Box::new([0, 1, 2, 3].map(|s| ExactFace::of(&next, level.child[(first + s) as usize], corners)))
+                });
+                children[s as usize].descend(u, v, steps - 1)
+            }
         }
-        let s = quarter(u, v);
-        if steps == 0 {
-            return self.corner(s);
-        }
-        let [u, v] = into_child(s, u, v);
-        let children = self.children.get_or_insert_with(|| {
-            let mut wanted = vec![false; self.level.faces()];
-            wanted[self.face as usize] = true;
-            let next = catmull_clark::refine(&mut self.level, &wanted, self.corners);
-            let first = self.level.first(self.face);
-            Box::new([0, 1, 2, 3].map(|s| {
-                let child = self.level.child[(first + s) as usize];
-                ExactFace::of(next.clone(), child, self.corners)
-            }))
-        });
-        children[s as usize].descend(u, v, steps - 1)
     }
+}
 
-    fn corner(&self, s: u32) -> Value {
-        let h = self.level.first(self.face) + s;
-        let (mut p, mut c) = (Fan::default(), Fan::default());
-        position_fan(&self.level, h, &mut p);
-        colour_fan(&self.level, h, &mut c);
-        Value { p: limit(&p, self.corners), c: limit(&c, self.corners) }
-    }
+/// Limit at the vertex that half-edge `h` leaves.
+fn corner(level: &Level, h: u32, corners: CornerRule) -> Value {
+    let (mut p, mut c) = (Fan::default(), Fan::default());
+    position_fan(level, h, &mut p);
+    colour_fan(level, h, &mut c);
+    Value { p: limit(&p, corners), c: limit(&c, corners) }
+}
 
-    fn spline(&self, u: f64, v: f64) -> Value {
-        let level = &self.level;
-        let first = level.first(self.face);
-        let net_p = net(level, first, |h| level.position(h), |h| level.across(h).is_none());
-        let net_c = net(level, first, |h| level.corner_colour(h), |h| level.colour_border(h));
-        let (bu, bv) = (basis(u), basis(v));
-        Value { p: sum(&net_p, bu, bv), c: sum(&net_c, bu, bv) }
-    }
+/// The 4 by 4 control points of a regular face.
+fn spline_net(level: &Level, face: u32) -> [[Value; 4]; 4] {
+    let first = level.first(face);
+    let positions = net(level, first, |h| level.position(h), |h| level.across(h).is_none());
+    let colours = net(level, first, |h| level.corner_colour(h), |h| level.colour_border(h));
+    std::array::from_fn(|r| std::array::from_fn(|k| Value { p: positions[r][k], c: colours[r][k] }))
 }
 
 /// Uniform cubic B-spline basis.
@@ -113,8 +131,8 @@ fn basis(t: f64) -> [f64; 4] {
     ]
 }
 
-fn sum<V: Linear>(net: &[[V; 4]; 4], bu: [f64; 4], bv: [f64; 4]) -> V {
-    let mut out = V::default();
+fn sum(net: &[[Value; 4]; 4], bu: [f64; 4], bv: [f64; 4]) -> Value {
+    let mut out = Value::default();
     for (row, wv) in net.iter().zip(bv) {
         for (value, wu) in row.iter().zip(bu) {
             out = out + *value * (wu * wv);

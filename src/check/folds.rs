@@ -289,6 +289,26 @@ pub fn folds(table: &PatchTable, zero: &Level) -> Folds {
     found
 }
 
+/// Least sine of the angle from the u to the v direction of all patches, at n x n points inside each: 1 where parameter
+/// lines are perpendicular, 0 where they touch, negative where the patch is turned over. `None` without patches.
+pub fn least_sine(table: &PatchTable, zero: &Level, n: u32) -> Option<f64> {
+    let orientations = orientations(zero);
+    let mut least: Option<f64> = None;
+    for face in &table.faces {
+        let points = face_control(table, face);
+        let orientation = orientations[base_face(zero, face) as usize];
+        for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
+            let [u, v] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(n));
+            let s = eval::face_sample(face.kind, &points, u, v);
+            let size = s.du[0].hypot(s.du[1]) * s.dv[0].hypot(s.dv[1]);
+            let cross = orientation * (s.du[0] * s.dv[1] - s.du[1] * s.dv[0]);
+            let sine = if size > 0.0 { cross / size } else { 0.0 };
+            least = Some(least.map_or(sine, |l| l.min(sine)));
+        }
+    }
+    least
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,5 +1,9 @@
 //! How wrong a picture is, in numbers.
 
 pub mod cracks;
+pub mod error_map;
 pub mod exact;
 pub mod folds;
+pub mod limit_picture;
+pub mod locate;
+pub mod picture_error;

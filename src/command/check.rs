@@ -1,31 +1,36 @@
-//! `gradtess check`: cracks, at the whole view and at random zooms.
+//! `gradtess check`: how far the picture is from the limit, where the surface folds, and cracks, at the whole view and at
+//! random zooms.
 
-use super::picture::{bounds, fit, size, view, Tess};
-use super::{open, print, print_json, Failure, Global, Refining};
-use crate::check::cracks;
-use crate::gpu::{Format, Frame, Gpu, Pixels, Show};
+mod report;
+
+use super::measure::{measure, ErrorReport, PlaceReport};
+use super::picture::{bounds, PictureFlags};
+use super::{open, print, print_json, Failure, Global};
+use crate::check::folds::folds;
+use crate::check::{cracks, error_map};
+use crate::gpu::{Format, Frame, Gpu, Pixels};
 use crate::patch::cull::within;
 use crate::patch::tess::{TessRule, MAX_LEVEL};
 use crate::patch::PatchTable;
+use crate::timing::random::Random;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::Serialize;
+use report::{FoldReport, Report};
+use std::path::PathBuf;
 
 /// Arguments of `check`.
 #[derive(Args)]
 pub struct Check {
     /// Scene file
     scene: String,
-    /// Pixels across and down
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "512x512")]
-    size: [u32; 2],
-    /// Model rectangle X0,Y0,X1,Y1 to look at first
-    #[arg(long, value_parser = view, allow_hyphen_values = true)]
-    view: Option<[f64; 4]>,
     #[command(flatten)]
-    tess: Tess,
-    #[command(flatten)]
-    refining: Refining,
+    picture: PictureFlags,
+    /// Write the distance from the limit, magnified, as a plasma map; silhouettes and sharp edges grey
+    #[arg(short, long, value_name = "MAP.png")]
+    output: Option<PathBuf>,
+    /// Magnification of the map: at 200, half a per cent is the brightest colour
+    #[arg(long, value_name = "G", default_value_t = error_map::GAIN)]
+    gain: f64,
     /// Further random views, magnified up to 1000 times
     #[arg(long, value_name = "N", default_value_t = 8)]
     zooms: u32,
@@ -38,37 +43,18 @@ pub struct Check {
     /// Background pixels inside that are let pass
     #[arg(long, value_name = "N", default_value_t = 0)]
     max_cracks: usize,
-}
-
-#[derive(Serialize)]
-struct Report {
-    schema: &'static str,
-    scene: String,
-    views: usize,
-    pixels_inside: usize,
-    crack_pixels: usize,
-    /// Least and greatest level of `--random-tess`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    random_levels: Option<[u32; 2]>,
-    /// Edges of drawn faces on the boundary of the mesh.
-    boundary_edges: usize,
-    /// Edges that only one patch has: as many, if every other edge has the same control points on both sides.
-    outline_edges: usize,
-    /// Where the first cracks are: x, y in the model.
-    first_cracks: Vec<[f64; 2]>,
-}
-
-/// A small generator with a full period (Steele, Lea, Flood 2014, "SplitMix64"): the same views on every machine.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
+    /// Greatest colour distance from the limit that is let pass, in per cent of sqrt 3
+    #[arg(long, value_name = "P")]
+    max_error: Option<f64>,
+    /// Greatest mean colour distance that is let pass, in per cent of sqrt 3
+    #[arg(long, value_name = "P")]
+    max_mean: Option<f64>,
+    /// Greatest distance of a patch's points from the limit that is let pass, in pixels
+    #[arg(long, value_name = "PIXELS")]
+    max_shift: Option<f64>,
+    /// Faces that are let pass though they are, or may be, turned over
+    #[arg(long, value_name = "N")]
+    max_folds: Option<usize>,
 }
 
 /// Level from 1 to 64, the integer part of a log-uniform number.
@@ -81,16 +67,14 @@ impl Check {
     /// Draws and looks.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
         let loaded = open::load(&self.scene, global)?;
-        let patched = loaded.patches(&self.refining)?;
+        let patched = loaded.patches(&self.picture.refining)?;
         let whole = bounds(&patched.table).unwrap_or([0.0, 0.0, 1.0, 1.0]);
-        let first = match self.view {
-            Some(v) => v,
-            None => fit(whole, self.size)?,
-        };
+        let frame = Frame { format: Format::Rgba32f, ..self.picture.frame(&patched.table, [512, 512])? };
+        let first = frame.view;
         let boundary = cracks::boundary(&patched.table, &loaded.mesh);
         let gpu = Gpu::new(&global.gpu())?;
         let mut table = gpu.upload(&PatchTable::default())?;
-        let mut random = Random(self.seed);
+        let mut random = Random::new(self.seed);
         let mut views = vec![first];
         let (w, h) = (first[2] - first[0], first[3] - first[1]);
         for _ in 0..self.zooms {
@@ -108,7 +92,13 @@ impl Check {
             ProgressStyle::with_template("{bar:30} {pos}/{len} views, {eta} left")
                 .unwrap_or_else(|_| ProgressStyle::default_bar()),
         );
-        let [width, height] = self.size;
+        let (width, height) = (frame.width, frame.height);
+        let error = measure(&gpu, &loaded, &patched, &frame)?;
+        if let Some(path) = &self.output {
+            let text = [("Software", concat!("gradtess ", env!("CARGO_PKG_VERSION")))];
+            error_map::picture(&error.map, [width, height], self.gain).write_png(path, &text)?;
+        }
+        let zero = &patched.refinement.levels[0];
         let mut report = Report {
             schema: "gradtess.check/1",
             scene: loaded.scene.name.clone(),
@@ -119,19 +109,12 @@ impl Check {
             boundary_edges: boundary.len(),
             outline_edges: cracks::outline(&patched.table).len(),
             first_cracks: Vec::new(),
+            error: ErrorReport::new(&error, &patched.table),
+            folds: FoldReport::new(&folds(&patched.table, zero), &patched.table, zero),
         };
         for (i, view) in views.into_iter().enumerate() {
-            let frame = Frame {
-                width,
-                height,
-                view,
-                tess: levels.get(i).map_or(self.tess.rule(), |&level| TessRule::Fixed(level as f32)),
-                show: Show::Surface,
-                background: None,
-                samples: 1,
-                format: Format::Rgba32f,
-                statistics: false,
-            };
+            let tess = levels.get(i).map_or(frame.tess, |&level| TessRule::Fixed(level as f32));
+            let frame = Frame { view, tess, ..frame.clone() };
             // Closely looked at, almost all of a large scene is outside. A pixel more: single precision may move points a little.
             let (dx, dy) = ((view[2] - view[0]) / f64::from(width), (view[3] - view[1]) / f64::from(height));
             let near = [view[0] - dx, view[1] - dy, view[2] + dx, view[3] + dy];
@@ -165,12 +148,45 @@ impl Check {
                 "{}: {} background pixels among {} inside, in {} views\n",
                 report.scene, report.crack_pixels, report.pixels_inside, report.views
             ));
+            print(&report.error.text());
+            print(&report.folds.text());
         }
+        self.judge(&report)
+    }
+
+    /// Compares what was found with what is let pass.
+    fn judge(&self, report: &Report) -> Result<(), Failure> {
+        let scene = &self.scene;
         if report.crack_pixels > self.max_cracks {
             let [x, y] = report.first_cracks[0];
             return Err(Failure::short(format_args!(
-                "{}: {} background pixels inside the surface, the first at {x},{y}; at most {} are let pass",
-                self.scene, report.crack_pixels, self.max_cracks
+                "{scene}: {} background pixels inside the surface, the first at {x},{y}; at most {} are let pass",
+                report.crack_pixels, self.max_cracks
+            )));
+        }
+        let error = &report.error;
+        let place = |place: &Option<PlaceReport>| place.as_ref().map_or(String::new(), PlaceReport::text);
+        let limits = [
+            ("colour is {} % of sqrt 3 off the limit", self.max_error, error.max_percent, place(&error.worst)),
+            ("colour is {} % of sqrt 3 off the limit on average", self.max_mean, error.mean_percent, String::new()),
+            ("a patch is {} pixels off the limit", self.max_shift, Some(error.shift_pixels), place(&error.shift_at)),
+        ];
+        for (what, limit, value, at) in limits {
+            let (Some(limit), Some(value)) = (limit, value) else { continue };
+            // Not below: NaN falls short.
+            if !(value <= limit) {
+                let what = what.replace("{}", &value.to_string());
+                let at = if at.is_empty() { at } else { format!(", at {at}") };
+                return Err(Failure::short(format_args!("{scene}: {what}{at}; at most {limit} is let pass")));
+            }
+        }
+        if let Some(limit) = self.max_folds.filter(|&n| report.folds.folded + report.folds.undecided > n) {
+            let at = report.folds.first.first().map_or(String::new(), |f| {
+                format!(", the first at {},{} (patch {})", f.position[0], f.position[1], f.patch)
+            });
+            return Err(Failure::short(format_args!(
+                "{scene}: {} faces are turned over{at}, and {} may be; at most {limit} are let pass",
+                report.folds.folded, report.folds.undecided
             )));
         }
         Ok(())

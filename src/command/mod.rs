@@ -4,6 +4,7 @@ mod bench;
 mod check;
 mod convert;
 mod devices;
+mod measure;
 mod mesh;
 mod open;
 mod patches;

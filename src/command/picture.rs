@@ -1,12 +1,57 @@
 //! Flags that say what picture to draw.
 
-use super::Failure;
+use super::{Failure, Refining};
 use crate::camera::{Camera, Projection};
+use crate::gpu::{Format, Frame, Show};
 use crate::patch::eval::{side_points, sides};
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use clap::Args;
 use glam::DVec3;
+
+/// What part of a scene is drawn, how large and how finely: the same flags for every command that draws.
+#[derive(Args, Clone, Debug)]
+pub struct PictureFlags {
+    /// Pixels across and down [default: 1024x1024, of check 512x512]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<[u32; 2]>,
+    /// Model rectangle X0,Y0,X1,Y1 that fills the picture; the whole scene and two pixels unless given
+    #[arg(long, value_parser = view, allow_hyphen_values = true)]
+    pub view: Option<[f64; 4]>,
+    #[command(flatten)]
+    pub camera: CameraFlags,
+    #[command(flatten)]
+    pub tess: Tess,
+    #[command(flatten)]
+    pub refining: Refining,
+}
+
+impl PictureFlags {
+    /// The frame of a scene in the plane by these flags: one sample a pixel, nothing under the surface. `size`: unless
+    /// given.
+    ///
+    /// # Errors
+    /// There are camera flags, or the coordinates are beyond what can be drawn.
+    pub fn frame(&self, table: &PatchTable, size: [u32; 2]) -> Result<Frame, Failure> {
+        self.camera.refuse()?;
+        let size = self.size.unwrap_or(size);
+        let view = match self.view {
+            Some(view) => view,
+            None => fit(bounds(table).unwrap_or([0.0, 0.0, 1.0, 1.0]), size)?,
+        };
+        Ok(Frame {
+            width: size[0],
+            height: size[1],
+            view,
+            tess: self.tess.rule(),
+            show: Show::Surface,
+            background: None,
+            samples: 1,
+            format: Format::Rgba8,
+            statistics: false,
+        })
+    }
+}
 
 /// Tessellation, by one of three rules.
 #[derive(Args, Clone, Debug)]

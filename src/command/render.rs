@@ -1,8 +1,11 @@
 //! `gradtess render`: a scene to a PNG, with counts and times.
 
-use super::picture::{background, bounds, fit, size, view, CameraFlags, Tess};
-use super::{open, print, print_json, Failure, Global, Refining};
-use crate::gpu::{Format, Frame, Gpu, GpuTimes, Show, Statistics};
+use super::measure::{measure, ErrorReport};
+use super::picture::{background, PictureFlags};
+use super::{open, print, print_json, Failure, Global};
+use crate::check::error_map;
+use crate::gpu::{Frame, Gpu, GpuTimes, Show, Statistics};
+use crate::image::Picture;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -15,18 +18,8 @@ pub struct Render {
     /// Picture to write
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
-    /// Pixels across and down
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1024x1024")]
-    size: [u32; 2],
-    /// Model rectangle X0,Y0,X1,Y1 that fills the picture; the whole scene and two pixels unless given
-    #[arg(long, value_parser = view, allow_hyphen_values = true)]
-    view: Option<[f64; 4]>,
     #[command(flatten)]
-    camera: CameraFlags,
-    #[command(flatten)]
-    tess: Tess,
-    #[command(flatten)]
-    refining: Refining,
+    picture: PictureFlags,
     /// What the picture shows
     #[arg(long, value_enum, default_value = "surface")]
     show: ShowFlag,
@@ -52,6 +45,8 @@ enum ShowFlag {
     Wire,
     Patches,
     Levels,
+    /// Distance from the limit surface, 200 times, as a plasma map
+    Error,
 }
 
 #[derive(Serialize)]
@@ -75,6 +70,9 @@ struct Report {
     gpu_frame_ms: Option<f64>,
     gpu: GpuTimes,
     statistics: Option<Statistics>,
+    /// Of `--show error`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<ErrorReport>,
 }
 
 impl Render {
@@ -94,34 +92,33 @@ impl Render {
             )));
         }
         let loaded = open::load(&self.scene, global)?;
-        self.camera.refuse()?;
-        let patched = loaded.patches(&self.refining)?;
-        let view = match self.view {
-            Some(v) => v,
-            None => fit(bounds(&patched.table).unwrap_or([0.0, 0.0, 1.0, 1.0]), self.size)?,
-        };
+        let patched = loaded.patches(&self.picture.refining)?;
         let gpu = Gpu::new(&global.gpu())?;
         let table = gpu.upload(&patched.table)?;
         let frame = Frame {
-            width: self.size[0],
-            height: self.size[1],
-            view,
-            tess: self.tess.rule(),
             show: match self.show {
-                ShowFlag::Surface => Show::Surface,
+                ShowFlag::Surface | ShowFlag::Error => Show::Surface,
                 ShowFlag::Wire => Show::Wire,
                 ShowFlag::Patches => Show::Patches,
                 ShowFlag::Levels => Show::Levels,
             },
             background: self.background.0,
             samples: self.samples,
-            format: Format::Rgba8,
             statistics: global.json && gpu.device().without.is_empty(),
+            ..self.picture.frame(&patched.table, [1024, 1024])?
         };
+        let size = [frame.width, frame.height];
         let drawn = gpu.render(&table, &frame)?;
         let times = drawn.times;
         let device = gpu.device().name.clone();
-        let picture = drawn.pixels.into_picture(drawn.width, drawn.height);
+        let (picture, error): (Picture, _) = match self.show {
+            ShowFlag::Error => {
+                let error = measure(&gpu, &loaded, &patched, &frame)?;
+                let map = error_map::picture(&error.map, size, error_map::GAIN);
+                (map, Some(ErrorReport::new(&error, &patched.table)))
+            }
+            _ => (drawn.pixels.into_picture(drawn.width, drawn.height), None),
+        };
         let driver = gpu.device().driver.clone();
         picture.write_png(
             &self.output,
@@ -135,9 +132,9 @@ impl Render {
             schema: "gradtess.render/1",
             scene: loaded.scene.name,
             output: self.output.display().to_string(),
-            width: self.size[0],
-            height: self.size[1],
-            view,
+            width: size[0],
+            height: size[1],
+            view: frame.view,
             device,
             patches: patched.table.faces.len(),
             control_points: patched.table.control.len(),
@@ -151,6 +148,7 @@ impl Render {
             gpu_frame_ms: times.gpu.frame_ns.map(ms),
             gpu: times.gpu,
             statistics: drawn.statistics,
+            error,
         };
         if global.json {
             return print_json(&result);
@@ -167,6 +165,9 @@ impl Render {
                 result.patch_ms,
                 result.device
             ));
+            if let Some(error) = &result.error {
+                print(&error.text());
+            }
         }
         Ok(())
     }

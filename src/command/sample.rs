@@ -1,11 +1,11 @@
 //! `gradtess sample`: the drawn surface, or the limit itself, at parameters of the faces of M^0.
 
 use super::{open, print, print_json, Failure, Global, Refining};
-use crate::check::exact::{into_child, quarter, ExactFace};
+use crate::check::exact::ExactFace;
+use crate::check::locate::{locate, turned, BasePoint, Drawn};
 use crate::patch::build::face_control;
 use crate::patch::{eval, Kind};
-use crate::refine::{fate, Rules};
-use crate::subdiv::level::CUT;
+use crate::refine::Rules;
 use clap::Args;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -49,16 +49,6 @@ struct Row {
     kind: &'static str,
 }
 
-/// From a face's own domain to that of its patch, which starts `turn` edges on.
-fn turned(turn: u8, u: f64, v: f64) -> [f64; 2] {
-    match turn {
-        0 => [u, v],
-        1 => [v, 1.0 - u],
-        2 => [1.0 - u, 1.0 - v],
-        _ => [1.0 - v, u],
-    }
-}
-
 impl Sample {
     /// Samples every face of M^0.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
@@ -68,10 +58,8 @@ impl Sample {
         if self.exact && r.rules == Rules::Authors {
             return Err(Failure::input("--exact needs --rules gradtess, whose drawn faces no finer edit reaches"));
         }
-        // Names are unique within a level; local numbers follow their order.
-        let drawn: HashMap<(u32, u64), usize> =
-            table.faces.iter().enumerate().map(|(i, f)| ((f.level, f.name), i)).collect();
-        let mut exact: HashMap<(usize, u32), ExactFace> = HashMap::new();
+        let drawn = Drawn::new(table);
+        let mut exact: HashMap<(u32, u32), ExactFace> = HashMap::new();
         let mut samples = Vec::new();
         let step = |i: u32| if self.n == 1 { 0.5 } else { f64::from(i) / f64::from(self.n - 1) };
         let zero = &r.levels[0];
@@ -90,32 +78,20 @@ impl Sample {
             };
             for corner in corners {
                 for (j, i) in (0..self.n).flat_map(|j| (0..self.n).map(move |i| (j, i))) {
-                    let (mut u, mut v) = (step(i), step(j));
-                    let (mut l, mut f) = (0, face);
-                    let mut child = corner;
-                    while r.fates[l][f as usize] & fate::AFFECTED != 0 {
-                        let s = child.take().unwrap_or_else(|| {
-                            let s = quarter(u, v);
-                            [u, v] = into_child(s, u, v);
-                            s
-                        });
-                        let h = r.levels[l].first(f) + s;
-                        f = r.levels[l].child[h as usize];
-                        debug_assert!(f < CUT);
-                        l += 1;
-                    }
-                    let level = &r.levels[l];
-                    let Some(&index) = drawn.get(&(level.level, level.face[f as usize])) else {
+                    let at = locate(r, BasePoint { face, corner, uv: [step(i), step(j)] });
+                    let Some(index) = drawn.at(r, at) else {
                         return Err(Failure::machine(format_args!(
-                            "face {f} of level {l} is neither refined nor drawn"
+                            "face {} of level {} is neither refined nor drawn",
+                            at.face, at.level
                         )));
                     };
+                    let (l, f, [u, v]) = (at.level, at.face, at.uv);
                     let patch = &table.faces[index];
                     let (position, colour) = if self.exact {
-                        let value = exact.entry((l, f)).or_insert_with(|| ExactFace::new(r, l, f)).at(u, v);
+                        let value = exact.entry((l, f)).or_insert_with(|| ExactFace::new(r, l as usize, f)).at(u, v);
                         (value.p.to_array(), value.c.to_array())
                     } else {
-                        let [pu, pv] = turned(patch.turn, u, v);
+                        let [pu, pv] = turned(patch.turn, [u, v]);
                         let c = eval::face(patch.kind, &face_control(table, patch), pu, pv);
                         ([c[0], c[1]], [c[4], c[5], c[6], c[7]])
                     };
@@ -126,7 +102,7 @@ impl Sample {
                         v: step(j),
                         position,
                         colour,
-                        level: level.level,
+                        level: l,
                         kind: if patch.kind == Kind::Gregory { "gregory" } else { "bicubic" },
                     });
                 }
