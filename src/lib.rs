@@ -32,7 +32,7 @@
 //! | [`patch`] | control points, transition parts, the CPU evaluator, the cast to single precision |
 //! | [`camera`] | eyes for scenes in space |
 //! | [`gpu`] | devices, pipelines, pictures, times, read-back; the only room with `unsafe` |
-//! | [`check`] | the limit by a road of its own; cracks |
+//! | [`check`] | the limit by a road of its own; errors of pictures, folds, cracks |
 //! | [`timing`] | frame timings as plain data: protocol, statistics, the files of a run |
 //! | [`image`] | PNG files and their comparison |
 //! | [`mod@edit`] | an editor's operations without a window: handles, limit editing, influence, folds, undo, journal |
@@ -92,14 +92,14 @@
 //! | 4.2 edited faces, Fig. 6 | [`refine::forest::plan`]; `scenes/unit/geometry_level_2.json`, `colour_level_2.json` |
 //! | 4.2 submeshes and padding | [`subdiv::catmull_clark`], which makes the inner half of the ring only |
 //! | 4.2 irregular faces, Fig. 7 | [`refine::forest::plan`] |
-//! | 4.2 cascading, Fig. 8 | [`refine::forest::plan`] (rules gradtess); level by level in [`fn@refine::refine`] (rules authors). The ×200 picture: - |
+//! | 4.2 cascading, Fig. 8 | [`refine::forest::plan`] (rules gradtess); level by level in [`fn@refine::refine`] (rules authors). The ×200 picture: [`check::error_map`] |
 //! | 4.3 patches: bicubic, Gregory, transition | [`patch::build`](mod@patch::build), [`patch::points`], [`patch::Kind`] |
 //! | 4.4 sharp transitions and darts, Fig. 9 | [`subdiv::edit::paint`], [`subdiv::level::Level::colour_border`], [`subdiv::fan::colour_fan`]; `scenes/unit/sharp_dart.json` |
 //! | 5.1 editing, brushes, region of influence, Fig. 10 | - no editor |
 //! | 5.2 limit points are what is dragged | [`mod@edit::drag`], which also sees finer edits; [`subdiv::limit::control_for_limit`] |
-//! | 5.2 self-intersection prevention, Fig. 11 | - ; [`mesh::shape_notes`] warns of faces that are not convex (7.1) |
+//! | 5.2 self-intersection test, Fig. 11 | [`check::folds`]; [`mesh::shape_notes`] warns of faces that are not convex (7.1) |
 //! | 6 Table 1 | `gradtess stats`; `tests/paper_models.rs` |
-//! | 6 difference from the limit in the RGB cube | [`check::exact::ExactFace`]; `gradtess sample --exact` |
+//! | 6 difference from the limit in the RGB cube | [`check::picture_error`], [`check::limit_picture`]; `gradtess check`, `render --show error`; [`check::exact::ExactFace`]; `gradtess sample --exact` |
 //! | 6 Fig. 1: the cherry | a cherry of our own, `scenes/cherry.json` |
 //! | 6 Figs. 12 to 17: leek, pin, ball, butterfly, sunglasses, pear | - the models belong to the authors; `tools/demo` draws those that stand beside the project |
 //! | 6 Fig. 18 | `scenes/triangle.json`, `quad.json`, `pentagon.json`, `hexagon.json` |

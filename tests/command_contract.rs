@@ -235,6 +235,23 @@ fn checks_pass_with_0_and_fall_short_with_3() {
 }
 
 #[test]
+fn errors_and_folds_beyond_their_thresholds_are_3_and_named() {
+    let folder = Folder::new("error");
+    let (map, hexagon) = (folder.at("map.png"), scene("hexagon.json"));
+    let common = ["check", &hexagon, "--zooms", "0", "--size", "128x128", "--pixels", "1"];
+    let line = refused(3, &[&common[..], &["--max-error", "0.05", "-o", &map]].concat());
+    assert!(line.contains("% of sqrt 3") && line.contains("gregory patch") && line.contains("at pixel"), "{line}");
+    assert_eq!(folder.names(), ["map.png"]);
+    let line = refused(3, &[&common[..], &["--max-shift", "0.01"]].concat());
+    assert!(line.contains("pixels off the limit"), "{line}");
+    refused(3, &[&common[..], &["--max-mean", "1e-6"]].concat());
+    done(&[&common[..], &["--max-error", "2", "--max-mean", "0.2", "--max-shift", "10", "--max-folds", "0"]].concat());
+    let concave = scene("unit/concave_face.json");
+    let line = refused(3, &["check", &concave, "--zooms", "0", "--size", "64x64", "--max-folds", "0", "--quiet"]);
+    assert!(line.contains("turned over"), "{line}");
+}
+
+#[test]
 fn quiet_is_quiet_and_help_is_0() {
     let folder = Folder::new("quiet");
     let out = folder.at("a.png");

@@ -54,7 +54,7 @@ enum Shape {
     /// Control points of a regular face.
     Regular(Box<[[Value; 4]; 4]>),
     /// An irregular face, and its four children once a sample has asked for them.
-    Irregular { level: Level, face: u32, children: Option<Box<[ExactFace; 4]>> },
+    Irregular { level: Box<Level>, face: u32, children: Option<Box<[ExactFace; 4]>> },
 }
 
 impl ExactFace {
@@ -67,7 +67,7 @@ impl ExactFace {
     fn of(level: &Level, face: u32, corners: CornerRule) -> ExactFace {
         let shape = if irregular_face(level, face, corners, Rules::Gradtess) {
             // Names take two bits a level, so they would overflow on the way down. Nothing here needs them.
-            let level = Level { face: vec![0; level.faces()], ..level.clone() };
+            let level = Box::new(Level { face: vec![0; level.faces()], ..level.clone() });
             Shape::Irregular { level, face, children: None }
         } else {
             Shape::Regular(Box::new(spline_net(level, face)))

@@ -67,13 +67,9 @@ impl LimitPicture {
                 if !seen.all() {
                     continue;
                 }
-                let mut longest = 0.0f64;
-                for k in 0..5 {
-                    for i in 0..4 {
-                        longest = longest.max(((rows[k][i + 1] - rows[k][i]) * scale).length());
-                        longest = longest.max(((rows[i + 1][k] - rows[i][k]) * scale).length());
-                    }
-                }
+                let along = rows.iter().flat_map(|row| row.windows(2).map(|p| p[1] - p[0]));
+                let across = rows.windows(2).flat_map(|pair| (0..5).map(|k| pair[1][k] - pair[0][k]));
+                let longest = along.chain(across).map(|d| (d * scale).length()).fold(0.0, f64::max);
                 needed = needed.max(4.0 * longest / CELL * 2f64.powi(l as i32));
                 faces.push((l as u32, f, exact));
             }

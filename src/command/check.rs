@@ -173,8 +173,7 @@ impl Check {
         ];
         for (what, limit, value, at) in limits {
             let (Some(limit), Some(value)) = (limit, value) else { continue };
-            // Not below: NaN falls short.
-            if !(value <= limit) {
+            if value.is_nan() || value > limit {
                 let what = what.replace("{}", &value.to_string());
                 let at = if at.is_empty() { at } else { format!(", at {at}") };
                 return Err(Failure::short(format_args!("{scene}: {what}{at}; at most {limit} is let pass")));
