@@ -37,6 +37,7 @@
 //! | [`image`] | PNG files and their comparison |
 //! | [`mod@edit`] | an editor's operations without a window: handles, limit editing, influence, folds, undo, journal |
 //! | [`command`] | the command line |
+//! | [`repro`] | the papers' tables and figures, made by running commands |
 //!
 //! # Conventions
 //!
@@ -139,6 +140,7 @@ pub mod image;
 pub mod mesh;
 pub mod patch;
 pub mod refine;
+pub mod repro;
 pub mod scene;
 pub mod subdiv;
 pub mod timing;

@@ -10,6 +10,7 @@ mod open;
 mod patches;
 mod picture;
 mod render;
+mod repro;
 mod sample;
 mod stats;
 mod surface;
@@ -77,6 +78,8 @@ enum Command {
     Check(check::Check),
     /// Capture frame timings by a stated protocol
     Bench(Box<bench::Bench>),
+    /// Every table and figure of the papers, as data, pictures and one HTML report
+    Repro(repro::Repro),
     /// Between scene formats, told by the extension of OUT
     Convert(convert::Convert),
     /// Vulkan devices and what they lack
@@ -205,6 +208,7 @@ pub fn main() -> ExitCode {
         Command::Sample(c) => c.run(g),
         Command::Check(c) => c.run(g),
         Command::Bench(c) => c.run(g),
+        Command::Repro(c) => c.run(g),
         Command::Convert(c) => c.run(g),
         Command::Devices => devices::run(g),
     };

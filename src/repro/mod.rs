@@ -1,0 +1,41 @@
+//! Every table and figure of the papers, made anew: `gradtess repro`.
+//!
+//! ```text
+//!   FIGURES --plan--> a unit fills its Sheet --> figures/ID/{figure.json, *.csv, *.png, *.svg} --report--> report.html
+//!                       |        ^
+//!                       +-> gradtess render, stats, check, bench ... : the very commands that the report prints
+//! ```
+//!
+//! A unit is one small file: a [`Figure`] in [`FIGURES`] and the function that fills its [`Sheet`]. What it shows comes
+//! from the program's own commands, run in the output folder, so a reader can run each of them again and see the same.
+//! `figure.json` is written last: a folder that has none is half made, and made anew by the next run.
+
+mod error;
+mod folder;
+pub mod plot;
+pub mod record;
+mod report;
+mod scenes;
+mod sheet;
+mod zhhk22;
+
+pub use error::ReproError;
+pub use folder::{merge, plan, run, Outcome, Request, Shard};
+pub use sheet::Sheet;
+
+/// A table or figure of a paper.
+pub struct Figure {
+    /// Paper and place in lower case: `zhhk22-fig20`. Names its folder.
+    pub id: &'static str,
+    /// Key of the paper.
+    pub paper: &'static str,
+    /// Where in the paper.
+    pub place: &'static str,
+    /// What it shows, in a few words.
+    pub title: &'static str,
+    /// Fills the sheet.
+    pub make: fn(&mut Sheet) -> Result<(), ReproError>,
+}
+
+/// All figures, in the order of the report.
+pub const FIGURES: &[Figure] = &[zhhk22::table_1::FIGURE, zhhk22::fig_18::FIGURE, zhhk22::fig_20::FIGURE];
