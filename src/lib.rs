@@ -36,6 +36,7 @@
 //! | [`timing`] | frame timings as plain data: protocol, statistics, the files of a run |
 //! | [`image`] | PNG files and their comparison |
 //! | [`mod@edit`] | an editor's operations without a window: handles, limit editing, influence, folds, undo, journal |
+//! | [`app`] | the editor's window; the only room that knows egui |
 //! | [`command`] | the command line |
 //! | [`repro`] | the papers' tables and figures, made by running commands |
 //!
@@ -131,6 +132,7 @@
 //!   read `i^(n-1) = floor(i^n / 4)`.
 #![deny(unsafe_code)]
 
+pub mod app;
 pub mod camera;
 pub mod check;
 pub mod command;

@@ -4,6 +4,7 @@ mod bench;
 mod check;
 mod convert;
 mod devices;
+mod edit;
 mod measure;
 mod mesh;
 mod open;
@@ -82,6 +83,8 @@ enum Command {
     Repro(repro::Repro),
     /// Between scene formats, told by the extension of OUT
     Convert(convert::Convert),
+    /// The editor: subdivision gradient meshes, live
+    Edit(Box<edit::Edit>),
     /// Vulkan devices and what they lack
     Devices,
 }
@@ -210,6 +213,7 @@ pub fn main() -> ExitCode {
         Command::Bench(c) => c.run(g),
         Command::Repro(c) => c.run(g),
         Command::Convert(c) => c.run(g),
+        Command::Edit(c) => c.run(g),
         Command::Devices => devices::run(g),
     };
     match done {

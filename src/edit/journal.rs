@@ -33,6 +33,9 @@ enum Line {
 pub struct Journal {
     path: PathBuf,
     file: File,
+    // Steps in it that can be undone and redone.
+    done: usize,
+    undone: usize,
 }
 
 /// What a journal holds.
@@ -69,7 +72,7 @@ impl Journal {
                 match OpenOptions::new().append(true).create_new(true).open(&path) {
                     Ok(handle) => {
                         lock(&handle);
-                        let mut journal = Journal { path, file: handle };
+                        let mut journal = Journal { path, file: handle, done: 0, undone: 0 };
                         let file = file.map(|f| std::path::absolute(f).unwrap_or_else(|_| f.to_path_buf()));
                         journal.write(&Line::Begin { version: VERSION, file, scene: native::write(scene) })?;
                         return Ok(journal);
@@ -95,14 +98,23 @@ impl Journal {
     /// # Errors
     /// The disk is full or gone.
     pub fn step(&mut self, step: &Step) -> std::io::Result<()> {
+        (self.done, self.undone) = (self.done + 1, 0);
         self.write(&Line::Step { label: step.label.clone(), change: step.change.clone() })
     }
 
-    /// Adds an undo or (`forward`) a redo.
+    /// Adds an undo or (`forward`) a redo, which turned `before` into `after`. Of a step made before the journal began
+    /// it is a step of its own.
     ///
     /// # Errors
     /// As [`Journal::step`].
-    pub fn moved(&mut self, forward: bool) -> std::io::Result<()> {
+    pub fn moved(&mut self, forward: bool, before: &Scene, after: &Scene) -> std::io::Result<()> {
+        let from = if forward { &mut self.undone } else { &mut self.done };
+        let Some(left) = from.checked_sub(1) else {
+            let label = if forward { "redo" } else { "undo" }.to_owned();
+            return self.step(&Step { label, change: Change::between(before, after) });
+        };
+        *from = left;
+        *(if forward { &mut self.done } else { &mut self.undone }) += 1;
         self.write(if forward { &Line::Redo } else { &Line::Undo })
     }
 
@@ -243,12 +255,15 @@ mod tests {
         for i in 0..5 {
             journal.step(&moved(&mut now, &mut history, 0.1 + f64::from(i) / 3.0)).unwrap();
         }
-        history.undo(&mut now);
-        journal.moved(false).unwrap();
-        history.undo(&mut now);
-        journal.moved(false).unwrap();
-        history.redo(&mut now);
-        journal.moved(true).unwrap();
+        for forward in [false, false, true] {
+            let before = now.clone();
+            if forward {
+                history.redo(&mut now)
+            } else {
+                history.undo(&mut now)
+            };
+            journal.moved(forward, &before, &now).unwrap();
+        }
         let read = restore(journal.path()).unwrap();
         assert_eq!((&read.scene, read.file.as_deref()), (&now, Some(file.as_path())));
         assert_eq!(read.history.labels(), history.labels());
@@ -259,6 +274,27 @@ mod tests {
         journal.live(Change::between(&before, &now)).unwrap();
         journal.file.write_all(b"{\"step\":{\"label\":\"mo").unwrap();
         assert_eq!(restore(journal.path()).unwrap().scene, now);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn steps_made_before_the_journal_can_be_undone_in_it() {
+        let folder = folder("early");
+        let mut now = scene();
+        let mut history = History::default();
+        (0..3).for_each(|i| drop(moved(&mut now, &mut history, 2.0 + f64::from(i))));
+        let mut journal = Journal::begin(None, Some(&folder), &now).unwrap();
+        for forward in [false, false, true, false, true] {
+            let before = now.clone();
+            if forward {
+                history.redo(&mut now)
+            } else {
+                history.undo(&mut now)
+            };
+            journal.moved(forward, &before, &now).unwrap();
+            assert_eq!(restore(journal.path()).unwrap().scene, now);
+        }
+        journal.end();
         std::fs::remove_dir_all(folder).unwrap();
     }
 

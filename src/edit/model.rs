@@ -95,6 +95,15 @@ impl Model {
         Ok(())
     }
 
+    /// Rectangle x0, y0, x1, y1 around all control points, which is around the surface; `None` without patches.
+    pub fn bounds(&self) -> Option<[f64; 4]> {
+        let mut b = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        for p in &self.table.control {
+            b = [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])];
+        }
+        (b[0] <= b[2]).then_some(b)
+    }
+
     /// Draws the same scene in another way.
     ///
     /// # Errors

@@ -1,0 +1,541 @@
+//! What is open, and what happens to it: files, steps, the journal.
+
+use super::canvas::Hand;
+use super::dialog::Dialog;
+use super::reference::Picture;
+use super::render::{Look, Renderer};
+use super::timing::Timing;
+use super::view::View;
+use crate::edit::folds::Cost;
+use crate::edit::handle::{Id, Stage};
+use crate::edit::history::History;
+use crate::edit::influence::Influence;
+use crate::edit::journal::{self, Journal, Restored};
+use crate::edit::model::{Drawing, Model};
+use crate::edit::overlay::{self, Overlay};
+use crate::edit::EditError;
+use crate::gpu::Show;
+use crate::mesh::HalfEdgeMesh;
+use crate::patch::tess::TessRule;
+use crate::scene::{shapes, Scene};
+use glam::DVec4;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// How often a gesture that goes on is written to the journal.
+const LIVE: Duration = Duration::from_millis(400);
+
+/// What the pointer does on the canvas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tool {
+    /// Selects and moves handles.
+    Move,
+    /// Paints or moves what lies within a circle.
+    Brush,
+    /// Tags edges of the input mesh as sharp.
+    Sharp,
+    /// Takes a colour from the surface or the reference picture.
+    Pick,
+}
+
+/// The brush.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Brush {
+    /// Points of the window.
+    pub radius: f32,
+    /// Straight alpha.
+    pub colour: DVec4,
+    /// Moves the geometry handle nearest the centre (true), or paints.
+    pub moves: bool,
+}
+
+/// What is shown over the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown {
+    /// The control mesh of the stage.
+    pub mesh: bool,
+    /// Its handles.
+    pub handles: bool,
+    /// Control points in place of limit points.
+    pub control: bool,
+    /// Outlines of what the selection influences.
+    pub influence: bool,
+    /// A grid that points snap to, scene units; 0: none.
+    pub grid: f64,
+    /// Points snap to each other.
+    pub snap_points: bool,
+}
+
+/// A change that is being made with the pointer held down: one step in the end.
+struct Gesture {
+    label: String,
+    before: Scene,
+    written: Instant,
+}
+
+/// A message in the status line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message {
+    /// One line.
+    pub text: String,
+    /// Whether something was not done.
+    pub error: bool,
+}
+
+/// The editor without its window.
+pub struct Editor {
+    /// The scene and what follows from it.
+    pub model: Model,
+    /// Where it was read from or written to.
+    pub file: Option<PathBuf>,
+    /// Its steps.
+    pub history: History,
+    journal: Option<Journal>,
+    saved_at: Option<usize>,
+    gesture: Option<Gesture>,
+    /// Where state that belongs to no scene is kept.
+    pub state: Option<PathBuf>,
+    /// Files opened lately, the last first.
+    pub recent: Vec<PathBuf>,
+    /// The part of the model in the canvas.
+    pub view: View,
+    /// Whether the view is to be fitted as soon as the canvas has its size.
+    pub fit_next: bool,
+    /// How the surface is drawn.
+    pub look: Look,
+    /// Which mesh is edited.
+    pub stage: Stage,
+    /// What is shown over the surface.
+    pub shown: Shown,
+    /// What the pointer does.
+    pub tool: Tool,
+    /// The brush.
+    pub brush: Brush,
+    /// Selected handles.
+    pub selection: BTreeSet<Id>,
+    /// What the pointer holds or is over.
+    pub hand: Hand,
+    /// Whether folds stop a drag.
+    pub prevent_folds: bool,
+    /// Cost of the last fold tests.
+    pub fold_cost: Cost,
+    overlay: Option<(u64, overlay::Look, Overlay)>,
+    influence: Option<(u64, BTreeSet<Id>, [Influence; 2])>,
+    /// The window in front, if any.
+    pub dialog: Option<Dialog>,
+    /// What was said last.
+    pub message: Option<Message>,
+    /// Colours at hand.
+    pub swatches: Vec<DVec4>,
+    /// Colour to paste.
+    pub copied: Option<DVec4>,
+    /// The picture under the mesh.
+    pub reference: Picture,
+    /// Live times and captures.
+    pub timing: Timing,
+    /// Whether the times are shown.
+    pub timing_open: bool,
+    /// The device, where there is a window.
+    pub renderer: Option<Renderer>,
+    /// Whether the window is to close.
+    pub quit: bool,
+}
+
+impl Editor {
+    /// An editor with a new scene. `state`: where journals of unsaved scenes and recent files are kept.
+    pub fn new(state: Option<PathBuf>) -> Editor {
+        let model = Model::new(Editor::fresh("quad"), Drawing::default()).expect("a built-in mesh can be drawn");
+        Editor {
+            model,
+            file: None,
+            history: History::default(),
+            journal: None,
+            saved_at: Some(0),
+            gesture: None,
+            recent: super::files::recent(state.as_deref()),
+            state,
+            view: View::default(),
+            fit_next: true,
+            look: Look {
+                show: Show::Surface,
+                tess: TessRule::Pixels(6.0),
+                background: Some([0.86, 0.86, 0.88, 1.0]),
+                samples: 1,
+            },
+            stage: Stage::Input,
+            shown: Shown { mesh: true, handles: true, control: false, influence: true, grid: 0.0, snap_points: false },
+            tool: Tool::Move,
+            brush: Brush { radius: 40.0, colour: DVec4::new(0.9, 0.35, 0.25, 1.0), moves: false },
+            selection: BTreeSet::new(),
+            hand: Hand::default(),
+            prevent_folds: true,
+            fold_cost: Cost::default(),
+            overlay: None,
+            influence: None,
+            dialog: None,
+            message: None,
+            swatches: super::colour::first_swatches(),
+            copied: None,
+            reference: Picture::default(),
+            timing: Timing::default(),
+            timing_open: false,
+            renderer: None,
+            quit: false,
+        }
+    }
+
+    /// A scene of a built-in mesh with mild colours.
+    pub fn fresh(builtin: &str) -> Scene {
+        let mesh = shapes::builtin(builtin).unwrap_or_default();
+        let shades = [[0.96, 0.84, 0.62], [0.91, 0.42, 0.36], [0.16, 0.6, 0.58], [0.55, 0.75, 0.9]];
+        let colour = |v: u32| {
+            let [r, g, b] = shades[v as usize % 4];
+            DVec4::new(r, g, b, 1.0)
+        };
+        let ends = crate::scene::numbering::ends(&mesh);
+        let corner_colours = ends.iter().map(|&(origin, _)| colour(origin)).collect();
+        Scene { name: "untitled".to_owned(), mesh, corner_colours, ..Scene::default() }
+    }
+
+    // Messages.
+
+    /// Says something in the status line.
+    pub fn say(&mut self, text: impl std::fmt::Display) {
+        self.message = Some(Message { text: text.to_string(), error: false });
+    }
+
+    /// Says what was not done.
+    pub fn fail(&mut self, text: impl std::fmt::Display) {
+        self.message = Some(Message { text: text.to_string(), error: true });
+    }
+
+    // Files.
+
+    /// Whether the scene differs from its file.
+    pub fn unsaved(&self) -> bool {
+        self.gesture.is_some() || self.saved_at != Some(self.history.position())
+    }
+
+    /// Takes another scene in place of the one at hand.
+    pub fn take(&mut self, scene: Scene, file: Option<PathBuf>) -> bool {
+        match Model::new(scene, self.model.drawing) {
+            Ok(mut model) => {
+                model.revision = self.model.revision + 1;
+                self.model = model;
+            }
+            Err(e) => {
+                self.fail(format_args!("{}: {e}", file.as_deref().unwrap_or(Path::new("scene")).display()));
+                return false;
+            }
+        }
+        if let Some(journal) = self.journal.take() {
+            journal.end();
+        }
+        self.file = file;
+        self.history = History::default();
+        self.saved_at = Some(0);
+        self.gesture = None;
+        self.selection.clear();
+        self.hand = Hand::default();
+        (self.overlay, self.influence) = (None, None);
+        self.fit_next = true;
+        let folder = self.folder();
+        let lost = self.reference.follow(&self.model.scene, &folder);
+        if let Some(lost) = lost {
+            self.fail(lost);
+        }
+        true
+    }
+
+    /// Folder that relative names in the scene count from.
+    pub fn folder(&self) -> PathBuf {
+        self.file.as_deref().and_then(Path::parent).map(Path::to_path_buf).unwrap_or_default()
+    }
+
+    /// Opens a scene; offers what a crashed session of it has left.
+    pub fn open(&mut self, file: &Path) {
+        match Scene::load(file) {
+            Ok(scene) => {
+                self.message = None;
+                if self.take(scene, Some(file.to_path_buf())) {
+                    self.remember(file);
+                    if self.message.is_none() {
+                        self.say(format_args!("opened {}", file.display()));
+                    }
+                }
+            }
+            Err(e) => self.fail(e),
+        }
+        self.offer_left_behind(Some(file));
+    }
+
+    /// Offers the newest journal that a crashed session of `file` has left.
+    pub fn offer_left_behind(&mut self, file: Option<&Path>) {
+        if let Some(path) = journal::left_behind(file, self.state.as_deref()).into_iter().next() {
+            match journal::restore(&path) {
+                Ok(restored) if restored.steps > 0 => self.dialog = Some(Dialog::Restore(Box::new(restored))),
+                // A session that ended before its first step was whole has left nothing to restore.
+                Ok(_) => drop(std::fs::remove_file(&path)),
+                Err(e) => self.fail(e),
+            }
+        }
+    }
+
+    /// Goes on where a crashed session stopped.
+    pub fn resume(&mut self, restored: Restored) {
+        let Restored { path, file, scene, history, .. } = restored;
+        if !self.take(scene, file) {
+            return;
+        }
+        self.history = history;
+        self.saved_at = None;
+        // The restored scene begins a journal of its own before the old one goes.
+        self.start_journal(&self.model.scene.clone());
+        match self.journal {
+            Some(_) => drop(std::fs::remove_file(path)),
+            None => self.fail("the restored scene has no journal; save it soon"),
+        }
+        if self.message.as_ref().is_none_or(|m| !m.error) {
+            self.say("restored the last session");
+        }
+    }
+
+    /// Writes the scene; `true`: it is on the disk.
+    pub fn save(&mut self, file: &Path) -> bool {
+        self.commit();
+        let obj = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
+        let done = if obj { self.model.scene.save_authors(file) } else { self.model.scene.save(file).map(|()| vec![]) };
+        match done {
+            Ok(losses) => {
+                if let Some(journal) = self.journal.take() {
+                    journal.end();
+                }
+                self.saved_at = Some(self.history.position());
+                self.file = Some(file.to_path_buf());
+                self.remember(file);
+                match losses.first() {
+                    Some(loss) => self.fail(format_args!("saved, but {loss}")),
+                    None => self.say(format_args!("saved {}", file.display())),
+                }
+                true
+            }
+            Err(e) => {
+                self.fail(e);
+                false
+            }
+        }
+    }
+
+    fn remember(&mut self, file: &Path) {
+        let file = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
+        self.recent.retain(|f| *f != file);
+        self.recent.insert(0, file);
+        self.recent.truncate(12);
+        super::files::write_recent(self.state.as_deref(), &self.recent);
+    }
+
+    /// The journal as it should be left when the window closes: none where everything is saved or given up.
+    pub fn close(&mut self, give_up: bool) -> Option<PathBuf> {
+        self.commit();
+        let keep = self.unsaved() && !give_up;
+        match self.journal.take() {
+            Some(journal) if keep => Some(journal.path().to_path_buf()),
+            Some(journal) => {
+                journal.end();
+                None
+            }
+            None => None,
+        }
+    }
+
+    // Steps.
+
+    /// Makes a change in one step.
+    pub fn change(
+        &mut self,
+        label: &str,
+        change: impl FnOnce(&mut Scene, &HalfEdgeMesh) -> Result<(), EditError>,
+    ) -> bool {
+        let alone = self.gesture.is_none();
+        self.begin(label);
+        let done = self.during(change);
+        if alone {
+            self.commit();
+        }
+        done
+    }
+
+    /// Begins a gesture, unless one goes on.
+    pub fn begin(&mut self, label: &str) {
+        if self.gesture.is_none() {
+            let before = self.model.scene.clone();
+            self.gesture = Some(Gesture { label: label.to_owned(), before, written: Instant::now() });
+        }
+    }
+
+    /// Changes the scene as part of the gesture that goes on.
+    pub fn during(&mut self, change: impl FnOnce(&mut Scene, &HalfEdgeMesh) -> Result<(), EditError>) -> bool {
+        let mut next = self.model.scene.clone();
+        let done = change(&mut next, &self.model.mesh).and_then(|()| self.model.set(next));
+        if let Err(e) = &done {
+            self.fail(e);
+        }
+        done.is_ok()
+    }
+
+    /// Takes a whole scene as part of the gesture that goes on.
+    pub fn replace(&mut self, scene: Scene) -> bool {
+        self.during(|old, _| {
+            *old = scene;
+            Ok(())
+        })
+    }
+
+    /// Ends the gesture; what it changed is one step.
+    pub fn commit(&mut self) {
+        let Some(gesture) = self.gesture.take() else { return };
+        let step = self.history.push(&gesture.label, &gesture.before, &self.model.scene).cloned();
+        if let Some(step) = step {
+            if self.saved_at.is_some_and(|at| at >= self.history.position()) {
+                // The saved state was undone, and is now out of reach.
+                self.saved_at = None;
+            }
+            self.note(&gesture.before, |journal| journal.step(&step));
+            if step.change.renumbers() {
+                self.selection.clear();
+            }
+        }
+    }
+
+    /// Gives the gesture up: the scene is as before it.
+    pub fn cancel(&mut self) {
+        if let Some(gesture) = self.gesture.take() {
+            if let Err(e) = self.model.set(gesture.before) {
+                self.fail(e);
+            }
+        }
+    }
+
+    /// Takes a step back, or does it again.
+    pub fn step(&mut self, forward: bool) {
+        self.cancel();
+        let before = self.model.scene.clone();
+        let mut scene = before.clone();
+        let done = if forward { self.history.redo(&mut scene) } else { self.history.undo(&mut scene) };
+        let Some(label) = done.map(str::to_owned) else {
+            self.say(if forward { "nothing to redo" } else { "nothing to undo" });
+            return;
+        };
+        let renumbered = scene.mesh.corners != before.mesh.corners;
+        if let Err(e) = self.model.set(scene) {
+            self.fail(e);
+            return;
+        }
+        if renumbered {
+            self.selection.clear();
+        }
+        let after = self.model.scene.clone();
+        self.note(&before, |journal| journal.moved(forward, &before, &after));
+        self.say(format_args!("{} {label}", if forward { "redone:" } else { "undone:" }));
+    }
+
+    fn start_journal(&mut self, base: &Scene) {
+        match Journal::begin(self.file.as_deref(), self.state.as_deref(), base) {
+            Ok(journal) => self.journal = Some(journal),
+            Err(e) => self.fail(format_args!("no journal can be written ({e}); save often")),
+        }
+    }
+
+    /// Writes to the journal, which begins with `base` when there is none.
+    fn note(&mut self, base: &Scene, write: impl FnOnce(&mut Journal) -> std::io::Result<()>) {
+        if self.journal.is_none() {
+            self.start_journal(base);
+        }
+        let Some(journal) = &mut self.journal else { return };
+        if let Err(e) = write(journal) {
+            self.journal = None;
+            self.fail(format_args!("the journal cannot be written ({e}); save soon"));
+        }
+    }
+
+    /// What is to be done from time to time: the journal of a gesture that goes on.
+    pub fn tick(&mut self) {
+        let Some(gesture) = &mut self.gesture else { return };
+        if gesture.written.elapsed() < LIVE {
+            return;
+        }
+        gesture.written = Instant::now();
+        let before = gesture.before.clone();
+        let change = crate::edit::change::Change::between(&before, &self.model.scene);
+        if !change.is_empty() {
+            self.note(&before, |journal| journal.live(change));
+        }
+    }
+
+    /// Whether a gesture goes on.
+    pub fn in_gesture(&self) -> bool {
+        self.gesture.is_some()
+    }
+
+    // What is seen.
+
+    /// Handles and control mesh of the stage within the view.
+    pub fn overlay(&mut self) -> &Overlay {
+        let look = overlay::Look {
+            stage: self.stage,
+            view: self.view.seen(),
+            pixel: self.view.per_point(),
+            control: self.shown.control,
+        };
+        let fresh = self.overlay.as_ref().is_some_and(|(r, l, _)| *r == self.model.revision && *l == look);
+        if !fresh {
+            let m = &self.model;
+            let made = overlay::overlay(&m.scene, &m.mesh, &m.refinement, &look).unwrap_or_else(|e| {
+                self.message = Some(Message { text: e.to_string(), error: true });
+                Overlay::default()
+            });
+            self.overlay = Some((self.model.revision, look, made));
+        }
+        &self.overlay.as_ref().expect("just made").2
+    }
+
+    /// What the selection would change: by moving, and by painting.
+    pub fn influence(&mut self) -> &[Influence; 2] {
+        let fresh =
+            self.influence.as_ref().is_some_and(|(r, ids, _)| *r == self.model.revision && *ids == self.selection);
+        if !fresh {
+            // Handles of another stage stay selected, but their outlines would say nothing here.
+            let level = self.stage.level();
+            let ids: Vec<Id> = self.selection.iter().copied().filter(|id| id.level == level).take(200).collect();
+            let m = &self.model;
+            let made = crate::edit::influence::influence(&m.scene, &m.mesh, &ids).unwrap_or_default();
+            self.influence = Some((self.model.revision, self.selection.clone(), made));
+        }
+        &self.influence.as_ref().expect("just made").2
+    }
+
+    /// Edits another mesh; what was selected is not part of it.
+    pub fn set_stage(&mut self, stage: Stage) {
+        if self.stage != stage {
+            self.stage = stage;
+            self.selection.clear();
+            self.hand = Hand::default();
+        }
+    }
+
+    /// Shows everything.
+    pub fn fit(&mut self) {
+        if let Some(bounds) = self.model.bounds() {
+            self.view.fit(bounds);
+        }
+    }
+
+
+    /// Draws the scene in another way.
+    pub fn draw(&mut self, drawing: Drawing) {
+        if let Err(e) = self.model.draw(drawing) {
+            self.fail(e);
+        }
+    }
+}

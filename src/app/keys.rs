@@ -1,0 +1,278 @@
+//! The keyboard: one table, for the keys themselves and for the list under `?`.
+
+use super::dialog::Dialog;
+use super::editor::{Editor, Tool};
+use crate::edit::handle::{Kind, Stage};
+use egui::{Context, Key, Modifiers};
+use glam::DVec2;
+
+/// What a key does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// A window for a new scene.
+    New,
+    /// A window to open a file.
+    Open,
+    /// Writes the file.
+    Save,
+    /// Writes another file.
+    SaveAs,
+    /// Closes the editor.
+    Quit,
+    /// A step back.
+    Undo,
+    /// A step again.
+    Redo,
+    /// Tools.
+    Take(Tool),
+    /// Which mesh.
+    To(Stage),
+    /// A level finer (true) or coarser.
+    Finer(bool),
+    /// Everything in the canvas.
+    Fit,
+    /// One scene unit of the file a pixel.
+    OneToOne,
+    /// Closer (true) or farther.
+    Zoom(bool),
+    /// All handles.
+    SelectAll,
+    /// The next handle.
+    SelectNext,
+    /// Nothing, and what goes on is given up.
+    Escape,
+    /// Takes edits away.
+    Reset,
+    /// By pixels right and up; by ten with Shift.
+    Nudge(i8, i8),
+    /// The selected colour.
+    CopyColour,
+    /// Gives it to the selected handles.
+    PasteColour,
+    /// Shows or hides.
+    Toggle(Shows),
+    /// This list.
+    Help,
+}
+
+/// What can be shown or hidden.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shows {
+    /// The control mesh.
+    Mesh,
+    /// Handles.
+    Handles,
+    /// Control points in place of limit points.
+    Control,
+    /// Times.
+    Timing,
+    /// Prevention of folds.
+    Folds,
+}
+
+/// A line of the keyboard list.
+pub struct Binding {
+    /// With Ctrl, with Shift.
+    pub with: (bool, bool),
+    /// The key.
+    pub key: Key,
+    /// Its name in the list.
+    pub name: &'static str,
+    /// What it does.
+    pub command: Command,
+    /// In words; empty: in the line above.
+    pub what: &'static str,
+}
+
+const fn bind(ctrl: bool, shift: bool, key: Key, name: &'static str, command: Command, what: &'static str) -> Binding {
+    Binding { with: (ctrl, shift), key, name, command, what }
+}
+
+/// The keyboard.
+pub const KEYS: &[Binding] = &[
+    bind(true, false, Key::N, "Ctrl+N", Command::New, "new scene"),
+    bind(true, false, Key::O, "Ctrl+O", Command::Open, "open"),
+    bind(true, false, Key::S, "Ctrl+S", Command::Save, "save"),
+    bind(true, true, Key::S, "Ctrl+Shift+S", Command::SaveAs, "save as"),
+    bind(true, false, Key::Q, "Ctrl+Q", Command::Quit, "quit"),
+    bind(true, false, Key::Z, "Ctrl+Z", Command::Undo, "undo"),
+    bind(true, true, Key::Z, "Ctrl+Shift+Z, Ctrl+Y", Command::Redo, "redo"),
+    bind(true, false, Key::Y, "", Command::Redo, ""),
+    bind(false, false, Key::V, "V", Command::Take(Tool::Move), "select and move"),
+    bind(false, false, Key::B, "B", Command::Take(Tool::Brush), "brush"),
+    bind(false, false, Key::E, "E", Command::Take(Tool::Sharp), "sharp edges"),
+    bind(false, false, Key::I, "I", Command::Take(Tool::Pick), "eyedropper"),
+    bind(false, false, Key::M, "M", Command::To(Stage::Input), "edit the input mesh M"),
+    bind(false, false, Key::Num0, "0 to 6", Command::To(Stage::Level(0)), "edit level 0 to 6"),
+    bind(false, false, Key::Num1, "", Command::To(Stage::Level(1)), ""),
+    bind(false, false, Key::Num2, "", Command::To(Stage::Level(2)), ""),
+    bind(false, false, Key::Num3, "", Command::To(Stage::Level(3)), ""),
+    bind(false, false, Key::Num4, "", Command::To(Stage::Level(4)), ""),
+    bind(false, false, Key::Num5, "", Command::To(Stage::Level(5)), ""),
+    bind(false, false, Key::Num6, "", Command::To(Stage::Level(6)), ""),
+    bind(false, false, Key::PageUp, "Page Up, Page Down", Command::Finer(true), "finer, coarser level"),
+    bind(false, false, Key::PageDown, "", Command::Finer(false), ""),
+    bind(false, false, Key::F, "F", Command::Fit, "fit the scene to the window"),
+    bind(false, true, Key::F, "Shift+F", Command::OneToOne, "one unit a pixel"),
+    bind(false, false, Key::Plus, "+, -", Command::Zoom(true), "zoom"),
+    bind(false, false, Key::Equals, "", Command::Zoom(true), ""),
+    bind(false, false, Key::Minus, "", Command::Zoom(false), ""),
+    bind(true, false, Key::A, "Ctrl+A", Command::SelectAll, "select all handles in view"),
+    bind(false, false, Key::Tab, "Tab", Command::SelectNext, "select the next handle"),
+    bind(false, false, Key::Escape, "Esc", Command::Escape, "give up, select nothing"),
+    bind(false, false, Key::Delete, "Delete", Command::Reset, "take the selected handles' edits away"),
+    bind(false, false, Key::ArrowLeft, "arrows", Command::Nudge(-1, 0), "move by a pixel, with Shift by ten"),
+    bind(false, false, Key::ArrowRight, "", Command::Nudge(1, 0), ""),
+    bind(false, false, Key::ArrowUp, "", Command::Nudge(0, 1), ""),
+    bind(false, false, Key::ArrowDown, "", Command::Nudge(0, -1), ""),
+    bind(true, false, Key::C, "Ctrl+C, Ctrl+V", Command::CopyColour, "copy and paste a colour"),
+    bind(true, false, Key::V, "", Command::PasteColour, ""),
+    bind(false, false, Key::G, "G", Command::Toggle(Shows::Mesh), "show the control mesh"),
+    bind(false, false, Key::H, "H", Command::Toggle(Shows::Handles), "show handles"),
+    bind(false, false, Key::C, "C", Command::Toggle(Shows::Control), "control points in place of limit points"),
+    bind(false, false, Key::P, "P", Command::Toggle(Shows::Folds), "prevent folds"),
+    bind(false, false, Key::T, "T", Command::Toggle(Shows::Timing), "times"),
+    bind(false, false, Key::F1, "?, F1", Command::Help, "this list"),
+];
+
+/// The pointer, for the same list.
+pub const POINTER: &[(&str, &str)] = &[
+    ("click, Shift+click", "select, add to the selection; again for the handle below"),
+    ("drag", "move a handle; on nothing: select with a box"),
+    ("wheel", "zoom at the pointer"),
+    ("Alt+wheel", "radius of the brush"),
+    ("middle drag, Space+drag", "pan"),
+];
+
+impl Editor {
+    /// Does what the keys of this frame say, unless a text field has them.
+    pub fn keys(&mut self, ctx: &Context) {
+        let typing = ctx.wants_keyboard_input();
+        let (events, shift) = ctx.input(|i| (i.events.clone(), i.modifiers.shift));
+        for event in events {
+            match event {
+                egui::Event::Key { key, pressed: true, modifiers, .. } => {
+                    if let Some(command) = bound(key, modifiers) {
+                        let always = matches!(command, Command::Save | Command::SaveAs | Command::Escape);
+                        if !typing || always {
+                            self.obey(command, modifiers.shift || shift);
+                        }
+                    }
+                }
+                egui::Event::Text(text) if text == "?" && !typing => self.obey(Command::Help, false),
+                egui::Event::Copy if !typing => self.obey(Command::CopyColour, false),
+                egui::Event::Paste(text) if !typing => {
+                    match super::colour::from_hex(&text) {
+                        Some(colour) => self.copied = Some(colour),
+                        None if self.copied.is_none() => self.say("the clipboard holds no colour such as #e8695c"),
+                        None => {}
+                    }
+                    self.obey(Command::PasteColour, false);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Does what a key stands for.
+    pub fn obey(&mut self, command: Command, shift: bool) {
+        if self.dialog.is_some() && !matches!(command, Command::Escape | Command::Help) {
+            return;
+        }
+        match command {
+            Command::New => self.ask_first(super::dialog::Then::New),
+            Command::Open => self.ask_first(super::dialog::Then::Browse),
+            Command::Quit => self.ask_first(super::dialog::Then::Quit),
+            Command::Save => self.save_or_ask(),
+            Command::SaveAs => self.dialog = Some(Dialog::save(self)),
+            Command::Undo => self.step(false),
+            Command::Redo => self.step(true),
+            Command::Take(tool) => self.tool = tool,
+            Command::To(stage) => self.set_stage(stage),
+            Command::Finer(finer) => {
+                let next = match (self.stage, finer) {
+                    (Stage::Input, true) => Stage::Level(0),
+                    (Stage::Input | Stage::Level(0), false) => Stage::Input,
+                    (Stage::Level(l), true) => Stage::Level((l + 1).min(6)),
+                    (Stage::Level(l), false) => Stage::Level(l - 1),
+                };
+                self.set_stage(next);
+            }
+            Command::Fit => self.fit(),
+            Command::OneToOne => self.view.unit = 1.0,
+            Command::Zoom(closer) => {
+                let size = crate::edit::drag::size_of(&self.model.scene);
+                let about = self.view.rect.center();
+                self.view.zoom(if closer { 1.25 } else { 0.8 }, about, size);
+            }
+            Command::SelectAll => self.select_all(),
+            Command::SelectNext => self.select_next(),
+            Command::Escape => {
+                if self.dialog.take().is_none() {
+                    if self.in_gesture() {
+                        self.cancel();
+                        self.hand = Default::default();
+                    } else {
+                        self.selection.clear();
+                    }
+                }
+            }
+            Command::Reset => self.reset_selected(),
+            Command::Nudge(x, y) => {
+                let by = if shift { 10.0 } else { 1.0 };
+                self.nudge(DVec2::new(f64::from(x), f64::from(y)) * by);
+            }
+            Command::CopyColour => self.copy_colour(),
+            Command::PasteColour => {
+                if let Some(colour) = self.copied {
+                    self.brush.colour = colour;
+                    self.paint_selected(colour);
+                }
+            }
+            Command::Toggle(what) => {
+                let flag = match what {
+                    Shows::Mesh => &mut self.shown.mesh,
+                    Shows::Handles => &mut self.shown.handles,
+                    Shows::Control => &mut self.shown.control,
+                    Shows::Timing => &mut self.timing_open,
+                    Shows::Folds => &mut self.prevent_folds,
+                };
+                *flag = !*flag;
+            }
+            Command::Help => {
+                let open = matches!(self.dialog, Some(Dialog::Keys));
+                self.dialog = if open { None } else { Some(Dialog::Keys) };
+            }
+        }
+    }
+
+    fn copy_colour(&mut self) {
+        let id = self.selection.iter().find(|id| matches!(id.kind, Kind::Colour | Kind::Sector)).copied();
+        let found = id.and_then(|id| self.overlay().handles.iter().find(|h| h.id == id).map(|h| h.colour));
+        let colour = found.unwrap_or(self.brush.colour);
+        self.copied = Some(colour);
+        self.say(format_args!("copied {}", super::colour::to_hex(colour)));
+    }
+}
+
+fn bound(key: Key, modifiers: Modifiers) -> Option<Command> {
+    let ctrl = modifiers.ctrl || modifiers.command;
+    let exact = KEYS.iter().find(|b| b.key == key && b.with == (ctrl, modifiers.shift));
+    // Shift makes the arrows' steps ten times as long.
+    let nudge = || KEYS.iter().find(|b| b.key == key && !ctrl && matches!(b.command, Command::Nudge(..)));
+    exact.or_else(nudge).map(|b| b.command)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_means_two_things_and_every_command_has_words() {
+        for (i, a) in KEYS.iter().enumerate() {
+            assert!(KEYS[..i].iter().all(|b| (b.key, b.with) != (a.key, a.with)), "{:?}", a.key);
+            assert_eq!(a.name.is_empty(), a.what.is_empty());
+            assert!(a.name.is_empty() || a.what.len() > 2);
+        }
+    }
+}

@@ -1,0 +1,485 @@
+//! Between the window system and the editor.
+//!
+//! egui-ash owns the window's event loop and one set of widgets, which here only carries input in and finished meshes
+//! out. The editor's own widgets run in a context of their own, so that a script can be their mouse, keyboard and clock
+//! while nothing else changes: same queue, same frames, same picture.
+
+use super::editor::Editor;
+use super::script::{self, Action, Keyboard, Timed};
+use super::timing;
+use crate::gpu::{GpuError, Outcome};
+use egui::{ClippedPrimitive, Context, RawInput, TextureId};
+use egui_ash::{event, winit, EguiCommand, ExitSignal, HandleRedraw};
+use std::cell::RefCell;
+use std::collections::{HashMap, VecDeque};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::rc::Rc;
+use std::sync::mpsc::{channel, Receiver, Sender};
+use std::time::{Duration, Instant};
+
+/// Frames that widgets take to find their places.
+const SETTLING: u32 = 3;
+
+/// How the session ended.
+#[derive(Default)]
+pub struct End {
+    /// What went wrong.
+    pub error: Option<String>,
+    /// The window was closed with unsaved work: its journal.
+    pub journal: Option<PathBuf>,
+}
+
+/// A script that is replayed.
+pub struct Replay {
+    /// What is left of it.
+    pub waiting: VecDeque<Timed>,
+    /// Real seconds a second of the script; 0: as fast as it goes.
+    pub pace: f64,
+    /// Where screenshots go.
+    pub folder: PathBuf,
+    /// Whether the window closes at the end.
+    pub ends: bool,
+    keyboard: Keyboard,
+    begun: Option<Instant>,
+    now: f64,
+    settle: u32,
+    wait_until: Option<Instant>,
+    shot: Option<String>,
+    shooting: bool,
+}
+
+impl Replay {
+    /// From the beginning.
+    pub fn new(script: Vec<Timed>, pace: f64, folder: PathBuf, ends: bool) -> Replay {
+        Replay {
+            waiting: script.into(),
+            pace,
+            folder,
+            ends,
+            keyboard: Keyboard::default(),
+            begun: None,
+            now: 0.0,
+            settle: SETTLING,
+            wait_until: None,
+            shot: None,
+            shooting: false,
+        }
+    }
+}
+
+/// A recording.
+pub struct Record {
+    /// Where it goes.
+    pub file: std::fs::File,
+    /// Modifiers as of the last line.
+    pub held: egui::Modifiers,
+    /// Size of the window as of the last line, points.
+    pub size: [f32; 2],
+}
+
+/// The application that egui-ash runs.
+pub struct Shell {
+    /// The editor.
+    pub editor: Editor,
+    inner: Context,
+    textures: HashMap<TextureId, TextureId>,
+    painted: Vec<ClippedPrimitive>,
+    begun: Instant,
+    idle_since: Instant,
+    repaint: bool,
+    title: String,
+    replay: Option<Replay>,
+    record: Option<Record>,
+    frames: (Sender<Ready>, Receiver<Ready>),
+    exit: ExitSignal,
+    end: Rc<RefCell<End>>,
+    ending: bool,
+    native_scale: f32,
+    edited: Option<(u64, Instant)>,
+}
+
+/// Widgets ready to be shown in a window of a size.
+type Ready = (winit::dpi::PhysicalSize<u32>, EguiCommand);
+
+impl Shell {
+    /// An editor in a window.
+    pub fn new(
+        editor: Editor,
+        replay: Option<Replay>,
+        record: Option<Record>,
+        exit: ExitSignal,
+        end: Rc<RefCell<End>>,
+        native_scale: f32,
+    ) -> Shell {
+        let inner = Context::default();
+        inner.set_visuals(egui::Visuals::light());
+        if replay.is_some() {
+            // Nothing moves by itself.
+            inner.style_mut(|style| style.animation_time = 0.0);
+        }
+        Shell {
+            editor,
+            inner,
+            textures: HashMap::new(),
+            painted: Vec::new(),
+            begun: Instant::now(),
+            idle_since: Instant::now(),
+            repaint: true,
+            title: String::new(),
+            replay,
+            record,
+            frames: channel(),
+            exit,
+            end,
+            ending: false,
+            native_scale,
+            edited: None,
+        }
+    }
+
+    fn finish(&mut self, error: Option<String>) {
+        if self.ending {
+            return;
+        }
+        self.ending = true;
+        let failed = error.is_some();
+        self.end.borrow_mut().error = error;
+        let _ = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            self.exit.send(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS });
+        }));
+    }
+
+    /// Shows the frames of widgets that are ready.
+    fn present(&mut self) {
+        while let Ok((size, widgets)) = self.frames.1.try_recv() {
+            let shooting = self.replay.as_mut().is_some_and(|r| std::mem::take(&mut r.shooting));
+            let Some(renderer) = &mut self.editor.renderer else { continue };
+            match renderer.screen.show([size.width, size.height], widgets, shooting) {
+                Ok(Outcome::Shown(picture)) => {
+                    let name = if shooting { self.replay.as_mut().and_then(|r| r.shot.take()) } else { None };
+                    if let (Some(name), Some(picture)) = (name, picture) {
+                        self.write_shot(&name, &picture);
+                    }
+                }
+                Ok(Outcome::Later) => {
+                    if let Some(replay) = &mut self.replay {
+                        replay.shooting = shooting;
+                    }
+                }
+                Err(e) => self.lost(e),
+            }
+        }
+    }
+
+    fn write_shot(&mut self, name: &str, picture: &crate::image::Picture) {
+        let folder = self.replay.as_ref().map(|r| r.folder.clone()).unwrap_or_default();
+        let file = folder.join(format!("{name}.png"));
+        if let Err(e) = picture.write_png(&file, &[]) {
+            self.finish(Some(e.to_string()));
+        }
+    }
+
+    fn lost(&mut self, e: GpuError) {
+        self.finish(Some(format!("{e}; the journal keeps what was not saved")));
+    }
+
+    /// The input of the next frame: what the window has, or what the script says.
+    fn input(&mut self, outer: &Context) -> Option<RawInput> {
+        let mut raw = outer.input(|i| i.raw.clone());
+        let outer_scale = outer.pixels_per_point();
+        let native = raw.viewports.get(&raw.viewport_id).and_then(|v| v.native_pixels_per_point);
+        self.native_scale = native.unwrap_or(self.native_scale);
+        // From the carrier's points to the editor's.
+        let to_inner = outer_scale / (self.native_scale * self.inner.zoom_factor());
+        let screen = outer.input(|i| i.screen_rect());
+        raw.screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, screen.size() * to_inner));
+        if let Some(info) = raw.viewports.get_mut(&raw.viewport_id) {
+            info.native_pixels_per_point = Some(self.native_scale);
+        }
+        if (to_inner - 1.0).abs() > 1e-6 {
+            for event in &mut raw.events {
+                match event {
+                    egui::Event::PointerMoved(p) => *p = (p.to_vec2() * to_inner).to_pos2(),
+                    egui::Event::PointerButton { pos, .. } => *pos = (pos.to_vec2() * to_inner).to_pos2(),
+                    _ => {}
+                }
+            }
+        }
+        if self.replay.is_some() {
+            return self.scripted(outer, raw);
+        }
+        raw.time = Some(self.begun.elapsed().as_secs_f64());
+        self.write_record(&raw);
+        let busy = !raw.events.is_empty() || !raw.dropped_files.is_empty() || self.repaint;
+        if busy {
+            self.idle_since = Instant::now();
+        }
+        Some(raw)
+    }
+
+    /// Puts the script in place of the window's own input; `None`: nothing happens yet.
+    fn scripted(&mut self, outer: &Context, mut raw: RawInput) -> Option<RawInput> {
+        let view = self.editor.view;
+        let replay = self.replay.as_mut()?;
+        raw.events.clear();
+        raw.dropped_files.clear();
+        raw.hovered_files.clear();
+        raw.focused = true;
+        let begun = *replay.begun.get_or_insert_with(Instant::now);
+        if replay.wait_until.is_some_and(|t| Instant::now() < t) {
+            return None;
+        }
+        replay.wait_until = None;
+        if replay.shot.is_some() {
+            // Until the picture is written.
+            replay.shooting = replay.settle == 0;
+            replay.settle = replay.settle.saturating_sub(1);
+        } else if replay.settle > 0 {
+            replay.settle -= 1;
+        } else if let Some(next) = replay.waiting.front() {
+            let at = next.at;
+            if replay.pace > 0.0 && begun.elapsed().as_secs_f64() < at * replay.pace {
+                return None;
+            }
+            replay.now = replay.now.max(at);
+            while replay.waiting.front().is_some_and(|n| n.at == at) {
+                let Some(Timed { action, .. }) = replay.waiting.pop_front() else { break };
+                let alone = !replay.keyboard_takes(&action, view, &mut raw);
+                if alone {
+                    self.do_alone(outer, action);
+                    break;
+                }
+            }
+        } else if replay.ends {
+            self.finish(None);
+            return None;
+        }
+        let replay = self.replay.as_ref()?;
+        raw.modifiers = replay.keyboard.held();
+        raw.time = Some(replay.now);
+        raw.predicted_dt = 1.0 / 60.0;
+        Some(raw)
+    }
+
+    /// Actions that are no input but happen to the window.
+    fn do_alone(&mut self, outer: &Context, action: Action) {
+        let Some(replay) = &mut self.replay else { return };
+        replay.settle = SETTLING;
+        match action {
+            Action::Screenshot(name) => replay.shot = Some(name),
+            Action::Wait(seconds) => {
+                replay.wait_until = Some(Instant::now() + Duration::from_secs_f64(seconds.clamp(0.0, 3600.0)));
+            }
+            Action::Resize([w, h]) => {
+                let size = egui::vec2(w.clamp(64.0, 16384.0), h.clamp(64.0, 16384.0));
+                let scale = self.native_scale / outer.pixels_per_point();
+                outer.send_viewport_cmd(egui::ViewportCommand::InnerSize(size * scale));
+                // Until the window has it.
+                replay.wait_until = Some(Instant::now() + Duration::from_millis(150));
+            }
+            Action::Minimise(on) => {
+                outer.send_viewport_cmd(egui::ViewportCommand::Minimized(on));
+                replay.wait_until = Some(Instant::now() + Duration::from_millis(100));
+            }
+            Action::Close(_) => self.closed_by_window(),
+            _ => {}
+        }
+    }
+
+    /// The window's close button: nothing that is not saved is lost with it.
+    fn closed_by_window(&mut self) {
+        self.end.borrow_mut().journal = self.editor.close(false);
+        self.finish(None);
+    }
+
+    fn write_record(&mut self, raw: &RawInput) {
+        let Some(record) = &mut self.record else { return };
+        let at = raw.time.unwrap_or(0.0);
+        let mut text = String::new();
+        let size = raw.screen_rect.map_or([0.0; 2], |r| [r.width(), r.height()]);
+        if size != record.size {
+            record.size = size;
+            text += &script::line(at, &Action::Resize(size));
+        }
+        for action in script::actions(&raw.events, &mut record.held) {
+            text += &script::line(at, &action);
+        }
+        for file in raw.dropped_files.iter().filter_map(|f| f.path.as_ref()) {
+            text += &script::line(at, &Action::Drop(file.display().to_string()));
+        }
+        if record.file.write_all(text.as_bytes()).is_err() {
+            self.record = None;
+            self.editor.fail("the recording cannot be written; it ends here");
+        }
+    }
+
+    /// Runs the editor's widgets and keeps what they paint.
+    fn run_inner(&mut self, outer: &Context, raw: RawInput) {
+        let before = self.editor.model.revision;
+        let begun = Instant::now();
+        let inner = self.inner.clone();
+        let editor = &mut self.editor;
+        let output = inner.run(raw, |ctx| editor.ui(ctx));
+        self.repaint = output.viewport_output.values().any(|v| v.repaint_delay < Duration::from_millis(100));
+        self.painted = inner.tessellate(output.shapes, output.pixels_per_point);
+        let scale = output.pixels_per_point;
+        let manager = outer.tex_manager();
+        for (id, delta) in output.textures_delta.set {
+            let mut manager = manager.write();
+            match self.textures.get(&id) {
+                Some(&known) => manager.set(known, delta),
+                None => {
+                    let known = manager.alloc("editor".to_owned(), delta.image, delta.options);
+                    self.textures.insert(id, known);
+                }
+            }
+        }
+        for id in output.textures_delta.free {
+            if let Some(known) = self.textures.remove(&id) {
+                manager.write().free(known);
+            }
+        }
+        // The carrier draws pixels.
+        for primitive in &mut self.painted {
+            let r = primitive.clip_rect;
+            primitive.clip_rect =
+                egui::Rect::from_min_max((r.min.to_vec2() * scale).to_pos2(), (r.max.to_vec2() * scale).to_pos2());
+            if let egui::epaint::Primitive::Mesh(mesh) = &mut primitive.primitive {
+                mesh.vertices.iter_mut().for_each(|v| v.pos = (v.pos.to_vec2() * scale).to_pos2());
+                if let Some(&known) = self.textures.get(&mesh.texture_id) {
+                    mesh.texture_id = known;
+                }
+            }
+        }
+        if self.replay.is_none() {
+            outer.output_mut(|o| o.append(output.platform_output));
+        }
+        self.account(before, begun);
+    }
+
+    /// Times of this frame.
+    fn account(&mut self, before: u64, begun: Instant) {
+        let editor = &mut self.editor;
+        let edited = editor.model.revision != before;
+        let drawn = editor.renderer.as_ref().map(|r| r.last).unwrap_or_default();
+        let stages = timing::stages(editor.model.times, &drawn, edited);
+        let whole = begun.elapsed().as_secs_f64() * 1e3;
+        // Fold tests come beside the frame, as in ZHHK22 5.2.
+        let folds = if edited { editor.fold_cost.time.as_secs_f64() * 1e3 } else { 0.0 };
+        editor.timing.add(stages, (whole - stages - folds).max(0.0));
+        if edited {
+            self.edited = Some((editor.model.revision, begun));
+            let refine: f64 = editor.model.times.iter().map(|t| t.as_secs_f64() * 1e3).sum();
+            editor.timing.refine_share = Some(refine / whole.max(1e-9));
+        }
+    }
+
+    fn set_title(&mut self, outer: &Context) {
+        let star = if self.editor.unsaved() { "* " } else { "" };
+        let title = format!("{star}{} - gradtess", self.editor.title());
+        if title != self.title {
+            outer.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+}
+
+impl Replay {
+    /// Adds an action to the input; `false`: it is none, but something that happens to the window.
+    fn keyboard_takes(&mut self, action: &Action, view: super::view::View, raw: &mut RawInput) -> bool {
+        match action {
+            Action::Screenshot(_) | Action::Wait(_) | Action::Resize(_) | Action::Minimise(_) | Action::Close(_) => {
+                return false;
+            }
+            Action::Drop(path) => raw
+                .dropped_files
+                .push(egui::DroppedFile { path: Some(PathBuf::from(path)), ..egui::DroppedFile::default() }),
+            action => {
+                let aim = |[x, y]: [f64; 2]| view.to_window(glam::DVec2::new(x, y));
+                self.keyboard.events(action, aim, &mut raw.events);
+            }
+        }
+        true
+    }
+}
+
+impl egui_ash::App for Shell {
+    fn ui(&mut self, outer: &Context) {
+        if self.ending {
+            return;
+        }
+        match self.input(outer) {
+            Some(raw) => self.run_inner(outer, raw),
+            None => self.editor.tick(),
+        }
+        self.set_title(outer);
+        // Meshes go out as they are, one layer, in order.
+        let painter = outer.layer_painter(egui::LayerId::background());
+        for primitive in &self.painted {
+            if let egui::epaint::Primitive::Mesh(mesh) = &primitive.primitive {
+                painter.with_clip_rect(primitive.clip_rect).add(egui::Shape::mesh(mesh.clone()));
+            }
+        }
+        if self.editor.quit {
+            self.editor.close(false);
+            self.finish(None);
+        }
+    }
+
+    fn handle_event(&mut self, event: event::Event) {
+        match event {
+            event::Event::ViewportEvent { event: winit::event::WindowEvent::Resized(_), .. } => {
+                if let Some(renderer) = &mut self.editor.renderer {
+                    renderer.screen.resized();
+                }
+            }
+            event::Event::ViewportEvent { event: winit::event::WindowEvent::CloseRequested, .. } => {
+                self.closed_by_window();
+            }
+            event::Event::AppEvent { event: event::AppEvent::LoopExiting } => {
+                // However the loop ends: what is unsaved stays in the journal.
+                let journal = self.editor.close(false);
+                let mut end = self.end.borrow_mut();
+                end.journal = end.journal.take().or(journal);
+            }
+            event::Event::AppEvent { event: event::AppEvent::NewEvents(_) } => {
+                self.present();
+                self.rest();
+            }
+            _ => {}
+        }
+    }
+
+    fn request_redraw(&mut self, _: egui::ViewportId) -> HandleRedraw {
+        self.present();
+        let sender = self.frames.0.clone();
+        HandleRedraw::Handle(Box::new(move |size, widgets| {
+            // The frame is shown at the next event: the swapchain stays on its own thread.
+            let _ = sender.send((size, widgets));
+        }))
+    }
+}
+
+impl Shell {
+    /// Sleeps a little while nothing happens, for egui-ash asks for frames without end.
+    fn rest(&mut self) {
+        if let Some((_, begun)) = self.edited.take() {
+            self.editor.timing.input_to_frame = Some(begun.elapsed().as_secs_f64() * 1e3);
+        }
+        match &self.replay {
+            Some(replay) => {
+                if replay.wait_until.is_some() || replay.pace > 0.0 {
+                    std::thread::sleep(Duration::from_millis(2));
+                }
+            }
+            None => {
+                let idle = self.idle_since.elapsed();
+                if idle > Duration::from_millis(300) {
+                    std::thread::sleep(Duration::from_millis(if idle > Duration::from_secs(5) { 60 } else { 25 }));
+                }
+            }
+        }
+    }
+}

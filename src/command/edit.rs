@@ -1,0 +1,104 @@
+//! `gradtess edit`: the editor's window, by hand or by a script.
+
+use super::{picture::size, Failure, Global};
+use crate::app::{self, AppError, Launch};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `edit`.
+#[derive(Args)]
+#[command(
+    after_help = "A script is one JSON object a line: {\"at\": SECONDS, \"ACTION\": VALUE}. Actions: move [x, y] (points \
+    of the window), aim [x, y] (model coordinates), down, up (\"left\", \"middle\", \"right\"), wheel [x, y], key, hold, \
+    release (\"Ctrl+Z\"), modifiers (\"Shift\"), text, paste, copy, drop (a file), resize [w, h], minimise, close, \
+    screenshot (a name), wait (real seconds). Actions of one time go into one frame; lines that begin with # are remarks."
+)]
+pub struct Edit {
+    /// Scene file; a new scene unless given
+    scene: Option<PathBuf>,
+    /// Replay recorded input, then close the window
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+    /// Real seconds that a second of the script takes; 0: as fast as it goes
+    #[arg(long, value_name = "S", default_value_t = 0.0, requires = "script")]
+    pace: f64,
+    /// Keep the window open when the script ends
+    #[arg(long, requires = "script")]
+    stay: bool,
+    /// Folder for the script's screenshots
+    #[arg(long, value_name = "DIR", default_value = ".", requires = "script")]
+    screenshots: PathBuf,
+    /// Record input to a script
+    #[arg(long, value_name = "FILE", conflicts_with = "script")]
+    record: Option<PathBuf>,
+    /// Width and height of the window, points
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x800")]
+    size: [u32; 2],
+    /// Journal of a session whose window was closed over unsaved work
+    #[arg(long, hide = true)]
+    resume: Option<PathBuf>,
+}
+
+impl Edit {
+    /// Opens the window and waits until it closes.
+    pub fn run(&self, global: &Global) -> Result<(), Failure> {
+        if !(self.pace >= 0.0 && self.pace <= 1000.0) {
+            return Err(Failure::input("--pace is a number from 0"));
+        }
+        if self.script.is_some() && !self.screenshots.is_dir() {
+            let folder = self.screenshots.display();
+            return Err(Failure::input(format_args!("{folder}: this folder does not exist; make it first")));
+        }
+        let launch = Launch {
+            scene: self.scene.clone(),
+            script: self.script.clone(),
+            pace: self.pace,
+            stay: self.stay,
+            screenshots: self.screenshots.clone(),
+            record: self.record.clone(),
+            resume: self.resume.clone(),
+            size: self.size.map(|x| x as f32),
+            gpu: global.gpu(),
+        };
+        let ended = app::run(launch).map_err(|e| match e {
+            AppError::Script(what) => Failure::input(what),
+            AppError::Gpu(e) => e.into(),
+            AppError::Window(what) => Failure::machine(what),
+            e @ AppError::Validation(_) => Failure::machine(e),
+        })?;
+        match ended.journal {
+            // A script has its end; only a person can be asked.
+            Some(journal) if self.script.is_none() => Err(self.ask_again(global, &journal)),
+            _ => Ok(()),
+        }
+    }
+
+    /// The window's close button ends egui-ash's event loop before anybody can be asked, and a process has one such
+    /// loop. So the question is asked by this program run anew, with the session's journal.
+    #[cfg(unix)]
+    fn ask_again(&self, global: &Global, journal: &std::path::Path) -> Failure {
+        use std::os::unix::process::CommandExt;
+        let program = std::env::current_exe().unwrap_or_else(|_| "gradtess".into());
+        let mut command = std::process::Command::new(program);
+        command.arg("edit").arg("--resume").arg(journal);
+        if let Some(device) = &global.device {
+            command.arg("--device").arg(device);
+        }
+        if global.validate {
+            command.arg("--validate");
+        }
+        let e = command.exec();
+        Failure::machine(format_args!(
+            "{}: the unsaved work is in this journal ({e}); open the scene to restore it",
+            journal.display()
+        ))
+    }
+
+    #[cfg(not(unix))]
+    fn ask_again(&self, _: &Global, journal: &std::path::Path) -> Failure {
+        Failure::machine(format_args!(
+            "{}: the unsaved work is in this journal; open the scene to restore it",
+            journal.display()
+        ))
+    }
+}
