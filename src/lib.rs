@@ -97,9 +97,9 @@
 //! | 4.2 cascading, Fig. 8 | [`refine::forest::plan`] (rules gradtess); level by level in [`fn@refine::refine`] (rules authors). The ×200 picture: [`check::error_map`] |
 //! | 4.3 patches: bicubic, Gregory, transition | [`patch::build`](mod@patch::build), [`patch::points`], [`patch::Kind`] |
 //! | 4.4 sharp transitions and darts, Fig. 9 | [`subdiv::edit::paint`], [`subdiv::level::Level::colour_border`], [`subdiv::fan::colour_fan`]; `scenes/unit/sharp_dart.json` |
-//! | 5.1 editing, brushes, region of influence, Fig. 10 | - no editor |
+//! | 5.1 editing, brushes, region of influence, Fig. 10 | [`app`], [`mod@edit::brush`], [`mod@edit::influence`]; `gradtess edit` |
 //! | 5.2 limit points are what is dragged | [`mod@edit::drag`], which also sees finer edits; [`subdiv::limit::control_for_limit`] |
-//! | 5.2 self-intersection test, Fig. 11 | [`check::folds`]; [`mesh::shape_notes`] warns of faces that are not convex (7.1) |
+//! | 5.2 self-intersection prevention, Fig. 11 | [`mod@edit::folds`] by [`check::folds`]; [`mesh::shape_notes`] warns of faces that are not convex (7.1) |
 //! | 6 Table 1 | `gradtess stats`; `tests/paper_models.rs` |
 //! | 6 difference from the limit in the RGB cube | [`check::picture_error`], [`check::limit_picture`]; `gradtess check`, `render --show error`; [`check::exact::ExactFace`]; `gradtess sample --exact` |
 //! | 6 Fig. 1: the cherry | a cherry of our own, `scenes/cherry.json` |

@@ -1,6 +1,6 @@
 //! The pointer on the canvas: hover, select, move, paint, pan, zoom.
 
-use super::editor::{Editor, Tool};
+use super::editor::{Dragged, Editor, Tool};
 use super::reference::sample;
 use crate::edit::brush::{boxed, pick, within};
 use crate::edit::drag::Drag;
@@ -26,6 +26,8 @@ pub struct Hand {
     /// Corner of the box that is being drawn, model coordinates.
     pub from: Option<DVec2>,
     held: Option<Held>,
+    // The handle was pressed while it was the one selected: without a move, the next one at its place is meant.
+    again: bool,
 }
 
 /// Handles that are being moved.
@@ -188,6 +190,7 @@ impl Editor {
             }
             return;
         }
+        self.hand.again = self.selection.len() == 1 && self.selection.contains(&id);
         if !self.selection.contains(&id) {
             self.selection.clear();
             self.selection.insert(id);
@@ -383,7 +386,17 @@ impl Editor {
                 self.selection.extend(inside);
             }
         }
-        if self.hand.held.take().is_some() {
+        let still = self.hand.held.as_ref().is_none_or(|h| h.drags.first().is_some_and(|d| d.start() == h.at));
+        if std::mem::take(&mut self.hand.again) && still {
+            let pos = self.view.to_window(at);
+            if let Some(next) = self.handle_at(pos, true) {
+                self.selection = [next].into();
+            }
+        }
+        if let Some(held) = self.hand.held.take() {
+            if let Some(drag) = held.drags.first() {
+                self.dragged.push(Dragged { handle: drag.id(), at: held.at });
+            }
             self.commit();
         }
     }
@@ -402,7 +415,8 @@ impl Editor {
         };
         self.hold(&ids, at, "nudge");
         if let Some(held) = self.hand.held.take() {
-            self.move_held(held, at + step);
+            let held = self.move_held(held, at + step);
+            self.dragged.push(Dragged { handle: first, at: held.at });
             self.commit();
         }
     }

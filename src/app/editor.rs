@@ -18,7 +18,8 @@ use crate::gpu::Show;
 use crate::mesh::HalfEdgeMesh;
 use crate::patch::tess::TessRule;
 use crate::scene::{shapes, Scene};
-use glam::DVec4;
+use glam::{DVec2, DVec4};
+use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -83,6 +84,15 @@ pub struct Message {
     pub error: bool,
 }
 
+/// A handle that was dragged, for the report of a scripted session.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Dragged {
+    /// The handle.
+    pub handle: Id,
+    /// Where its limit point was left.
+    pub at: DVec2,
+}
+
 /// The editor without its window.
 pub struct Editor {
     /// The scene and what follows from it.
@@ -138,6 +148,8 @@ pub struct Editor {
     pub timing_open: bool,
     /// The device, where there is a window.
     pub renderer: Option<Renderer>,
+    /// Handles dragged so far.
+    pub dragged: Vec<Dragged>,
     /// Whether the window is to close.
     pub quit: bool,
 }
@@ -181,6 +193,7 @@ impl Editor {
             timing: Timing::default(),
             timing_open: false,
             renderer: None,
+            dragged: Vec::new(),
             quit: false,
         }
     }
@@ -530,7 +543,6 @@ impl Editor {
             self.view.fit(bounds);
         }
     }
-
 
     /// Draws the scene in another way.
     pub fn draw(&mut self, drawing: Drawing) {

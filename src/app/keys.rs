@@ -51,6 +51,8 @@ pub enum Command {
     PasteColour,
     /// Shows or hides.
     Toggle(Shows),
+    /// Writes frame timings.
+    Capture,
     /// This list.
     Help,
 }
@@ -132,12 +134,13 @@ pub const KEYS: &[Binding] = &[
     bind(false, false, Key::C, "C", Command::Toggle(Shows::Control), "control points in place of limit points"),
     bind(false, false, Key::P, "P", Command::Toggle(Shows::Folds), "prevent folds"),
     bind(false, false, Key::T, "T", Command::Toggle(Shows::Timing), "times"),
+    bind(false, true, Key::T, "Shift+T", Command::Capture, "capture frame timings"),
     bind(false, false, Key::F1, "?, F1", Command::Help, "this list"),
 ];
 
 /// The pointer, for the same list.
 pub const POINTER: &[(&str, &str)] = &[
-    ("click, Shift+click", "select, add to the selection; again for the handle below"),
+    ("click, Shift+click", "select, add to the selection; click again for the next handle at that place"),
     ("drag", "move a handle; on nothing: select with a box"),
     ("wheel", "zoom at the pointer"),
     ("Alt+wheel", "radius of the brush"),
@@ -239,6 +242,7 @@ impl Editor {
                 };
                 *flag = !*flag;
             }
+            Command::Capture => self.start_capture(),
             Command::Help => {
                 let open = matches!(self.dialog, Some(Dialog::Keys));
                 self.dialog = if open { None } else { Some(Dialog::Keys) };
@@ -266,6 +270,16 @@ fn bound(key: Key, modifiers: Modifiers) -> Option<Command> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_readme_has_the_same_list() {
+        let readme = include_str!("../../README.md");
+        let keys = KEYS.iter().filter(|b| !b.name.is_empty()).map(|b| (b.name, b.what));
+        for (name, what) in keys.chain(POINTER.iter().copied()) {
+            let row = format!("| {name} | {what} |");
+            assert!(readme.contains(&row), "{row}");
+        }
+    }
 
     #[test]
     fn no_key_means_two_things_and_every_command_has_words() {

@@ -17,15 +17,18 @@ mod panel;
 mod reference;
 mod render;
 pub mod script;
+mod shaping;
 mod shell;
 mod timing;
 mod view;
 
 use crate::edit::journal;
 use crate::gpu::{Gpu, GpuError, GpuOptions, SharedAllocator};
+pub use editor::Dragged;
 use editor::Editor;
 use egui_ash::{AppCreator, AshRenderState, CreationContext, RunOption};
 use render::Renderer;
+pub use shell::Report;
 use shell::{End, Record, Replay, Shell};
 use std::any::Any;
 use std::cell::RefCell;
@@ -79,6 +82,8 @@ pub enum AppError {
 pub struct Ended {
     /// The window was closed over unsaved work, which this journal holds.
     pub journal: Option<PathBuf>,
+    /// What happened.
+    pub report: Option<Report>,
 }
 
 struct Creator {
@@ -210,7 +215,7 @@ pub fn run(launch: Launch) -> Result<Ended, AppError> {
     if let Some(message) = messages.borrow_mut().take() {
         return Err(AppError::Validation(message));
     }
-    Ok(Ended { journal: end.journal })
+    Ok(Ended { journal: end.journal, report: end.report })
 }
 
 fn new_record(file: &Path) -> Result<Record, AppError> {

@@ -58,6 +58,7 @@ impl Editor {
         let overlay = self.overlay();
         let crowded = overlay.crowded;
         let mut lines = Mesh::default();
+        let most = pieces(overlay.edges.len());
         if shown.mesh {
             for e in &overlay.edges {
                 let hovered = e.input && edge.is_some() && same_edge(&mesh_of, e, edge);
@@ -67,16 +68,17 @@ impl Editor {
                     (_, _, true) => (1.4, LINE),
                     _ => (0.8, LINE),
                 };
-                curve(&mut lines, &e.curve, |p| view.to_window(p), width, colour);
+                curve(&mut lines, &e.curve, |p| view.to_window(p), most, (width, colour));
             }
         }
         painter.add(Shape::mesh(lines));
         if shown.influence && !selection.is_empty() {
             let mut outlines = Mesh::default();
             let both = self.influence().clone();
+            let most = pieces(both.iter().map(|i| i.outline.len()).sum());
             for (influence, colour) in both.iter().zip([GEOMETRY, COLOUR]) {
                 for c in &influence.outline {
-                    curve(&mut outlines, c, |p| view.to_window(p), 2.2, colour);
+                    curve(&mut outlines, c, |p| view.to_window(p), most, (2.2, colour));
                 }
             }
             painter.add(Shape::mesh(outlines));
@@ -187,11 +189,22 @@ pub fn describe(id: Id) -> String {
 
 // Plain meshes, four vertices a line and nine a disc: thousands of handles have to fit into the widgets' buffers.
 
-fn curve(mesh: &mut Mesh, c: &[DVec2; 4], to_window: impl Fn(DVec2) -> Pos2, width: f32, colour: Color32) {
+/// Most straight pieces of a curve where there are `curves` of them.
+fn pieces(curves: usize) -> u32 {
+    (12_000 / curves.max(1)).clamp(1, 24) as u32
+}
+
+fn curve(
+    mesh: &mut Mesh,
+    c: &[DVec2; 4],
+    to_window: impl Fn(DVec2) -> Pos2,
+    most: u32,
+    (width, colour): (f32, Color32),
+) {
     let ends = [to_window(c[0]), to_window(c[3])];
     // How far the curve is from its chord decides how many pieces it takes.
     let bend = (0..4).map(|i| to_window(c[i]).distance(lerp(ends, i as f32 / 3.0))).fold(0.0f32, f32::max);
-    let pieces = ((bend * 4.0).sqrt().ceil() as u32).clamp(1, 24);
+    let pieces = ((bend * 4.0).sqrt().ceil() as u32).clamp(1, most);
     let mut before = ends[0];
     for i in 1..=pieces {
         let at = to_window(cubic(c, f64::from(i) / f64::from(pieces)));

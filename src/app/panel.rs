@@ -184,6 +184,8 @@ impl Editor {
         self.brush_panel(ui);
         ui.separator();
         self.reference_panel(ui);
+        ui.separator();
+        self.model_panel(ui);
     }
 
     fn brush_panel(&mut self, ui: &mut Ui) {
@@ -356,6 +358,9 @@ impl Editor {
     }
 }
 
+/// Between sRGB and a colour space.
+type Space = fn(DVec3) -> DVec3;
+
 /// Numbers of a colour in the space chosen.
 fn spaces(ui: &mut Ui, c: DVec4) -> DVec4 {
     let id = ui.id().with("space");
@@ -367,7 +372,7 @@ fn spaces(ui: &mut Ui, c: DVec4) -> DVec4 {
     });
     ui.data_mut(|d| d.insert_temp(id, space));
     let rgb = c.truncate();
-    let (from, to): (fn(DVec3) -> DVec3, fn(DVec3) -> DVec3) = match space {
+    let (from, to): (Space, Space) = match space {
         0 => (|c| c, |c| c),
         1 => (colour::to_hsv, colour::from_hsv),
         _ => (colour::to_oklab, colour::from_oklab),

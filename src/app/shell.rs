@@ -4,12 +4,13 @@
 //! out. The editor's own widgets run in a context of their own, so that a script can be their mouse, keyboard and clock
 //! while nothing else changes: same queue, same frames, same picture.
 
-use super::editor::Editor;
+use super::editor::{Dragged, Editor};
 use super::script::{self, Action, Keyboard, Timed};
 use super::timing;
 use crate::gpu::{GpuError, Outcome};
 use egui::{ClippedPrimitive, Context, RawInput, TextureId};
 use egui_ash::{event, winit, EguiCommand, ExitSignal, HandleRedraw};
+use serde::Serialize;
 use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
 use std::io::Write;
@@ -22,6 +23,10 @@ use std::time::{Duration, Instant};
 /// Frames that widgets take to find their places.
 const SETTLING: u32 = 3;
 
+/// Vertices and indices that egui-ash's buffers of 4 MiB hold.
+const MOST_VERTICES: usize = (4 << 20) / size_of::<egui::epaint::Vertex>();
+const MOST_INDICES: usize = (4 << 20) / size_of::<u32>();
+
 /// How the session ended.
 #[derive(Default)]
 pub struct End {
@@ -29,6 +34,31 @@ pub struct End {
     pub error: Option<String>,
     /// The window was closed with unsaved work: its journal.
     pub journal: Option<PathBuf>,
+    /// What happened.
+    pub report: Option<Report>,
+}
+
+/// What a session came to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// `gradtess.edit/1`.
+    pub schema: &'static str,
+    /// The scene's file.
+    pub file: Option<PathBuf>,
+    /// Whether changes were left unsaved.
+    pub unsaved: bool,
+    /// Steps that can be undone.
+    pub steps: usize,
+    /// The status line at the end.
+    pub message: Option<String>,
+    /// Handles dragged and where to, in order.
+    pub dragged: Vec<Dragged>,
+    /// Frames that showed an edit.
+    pub edit_frames: usize,
+    /// Median from the input of an edit to the end of the frame that shows it, ms; fold tests included.
+    pub edit_to_frame_ms: Option<f64>,
+    /// Median share of refinement and patches in that.
+    pub refine_share: Option<f64>,
 }
 
 /// A script that is replayed.
@@ -97,7 +127,14 @@ pub struct Shell {
     end: Rc<RefCell<End>>,
     ending: bool,
     native_scale: f32,
-    edited: Option<(u64, Instant)>,
+    edited: Option<Edited>,
+    edits: Vec<[f64; 2]>,
+}
+
+/// A frame that shows an edit, until it is on the screen.
+struct Edited {
+    begun: Instant,
+    refine_ms: f64,
 }
 
 /// Widgets ready to be shown in a window of a size.
@@ -136,6 +173,26 @@ impl Shell {
             ending: false,
             native_scale,
             edited: None,
+            edits: Vec::new(),
+        }
+    }
+
+    fn report(&self) -> Report {
+        let median = |k: usize| {
+            let mut all: Vec<f64> = self.edits.iter().map(|e| e[k]).collect();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).copied()
+        };
+        Report {
+            schema: "gradtess.edit/1",
+            file: self.editor.file.clone(),
+            unsaved: self.editor.unsaved(),
+            steps: self.editor.history.labels().0.len(),
+            message: self.editor.message.as_ref().map(|m| m.text.clone()),
+            dragged: self.editor.dragged.clone(),
+            edit_frames: self.edits.len(),
+            edit_to_frame_ms: median(0),
+            refine_share: median(1),
         }
     }
 
@@ -290,7 +347,12 @@ impl Shell {
 
     /// The window's close button: nothing that is not saved is lost with it.
     fn closed_by_window(&mut self) {
-        self.end.borrow_mut().journal = self.editor.close(false);
+        let report = self.report();
+        let journal = self.editor.close(false);
+        let mut end = self.end.borrow_mut();
+        end.report.get_or_insert(report);
+        end.journal = end.journal.take().or(journal);
+        drop(end);
         self.finish(None);
     }
 
@@ -370,9 +432,8 @@ impl Shell {
         let folds = if edited { editor.fold_cost.time.as_secs_f64() * 1e3 } else { 0.0 };
         editor.timing.add(stages, (whole - stages - folds).max(0.0));
         if edited {
-            self.edited = Some((editor.model.revision, begun));
-            let refine: f64 = editor.model.times.iter().map(|t| t.as_secs_f64() * 1e3).sum();
-            editor.timing.refine_share = Some(refine / whole.max(1e-9));
+            let refine_ms = editor.model.times.iter().map(|t| t.as_secs_f64() * 1e3).sum();
+            self.edited = Some(Edited { begun, refine_ms });
         }
     }
 
@@ -417,13 +478,21 @@ impl egui_ash::App for Shell {
         self.set_title(outer);
         // Meshes go out as they are, one layer, in order.
         let painter = outer.layer_painter(egui::LayerId::background());
+        let (mut vertices, mut indices) = (0, 0);
         for primitive in &self.painted {
             if let egui::epaint::Primitive::Mesh(mesh) = &primitive.primitive {
+                // egui-ash panics when its buffers are full; a frame without some of its lines is better.
+                if vertices + mesh.vertices.len() >= MOST_VERTICES || indices + mesh.indices.len() >= MOST_INDICES {
+                    continue;
+                }
+                (vertices, indices) = (vertices + mesh.vertices.len(), indices + mesh.indices.len());
                 painter.with_clip_rect(primitive.clip_rect).add(egui::Shape::mesh(mesh.clone()));
             }
         }
         if self.editor.quit {
-            self.editor.close(false);
+            let report = self.report();
+            self.end.borrow_mut().report.get_or_insert(report);
+            self.editor.close(true);
             self.finish(None);
         }
     }
@@ -440,8 +509,10 @@ impl egui_ash::App for Shell {
             }
             event::Event::AppEvent { event: event::AppEvent::LoopExiting } => {
                 // However the loop ends: what is unsaved stays in the journal.
+                let report = self.report();
                 let journal = self.editor.close(false);
                 let mut end = self.end.borrow_mut();
+                end.report.get_or_insert(report);
                 end.journal = end.journal.take().or(journal);
             }
             event::Event::AppEvent { event: event::AppEvent::NewEvents(_) } => {
@@ -465,8 +536,14 @@ impl egui_ash::App for Shell {
 impl Shell {
     /// Sleeps a little while nothing happens, for egui-ash asks for frames without end.
     fn rest(&mut self) {
-        if let Some((_, begun)) = self.edited.take() {
-            self.editor.timing.input_to_frame = Some(begun.elapsed().as_secs_f64() * 1e3);
+        if let Some(edited) = self.edited.take() {
+            let whole = edited.begun.elapsed().as_secs_f64() * 1e3;
+            let share = edited.refine_ms / whole.max(1e-9);
+            self.editor.timing.input_to_frame = Some(whole);
+            self.editor.timing.refine_share = Some(share);
+            if self.edits.len() < 1 << 16 {
+                self.edits.push([whole, share]);
+            }
         }
         match &self.replay {
             Some(replay) => {

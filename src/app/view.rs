@@ -35,14 +35,14 @@ impl View {
     }
 
     /// Window point of a model point.
-    pub fn to_window(&self, p: DVec2) -> Pos2 {
+    pub fn to_window(self, p: DVec2) -> Pos2 {
         let d = (p - self.centre) / self.per_point();
         let c = self.rect.center();
         Pos2::new(c.x + d.x as f32, c.y - d.y as f32)
     }
 
     /// Model point under a window point.
-    pub fn to_model(&self, p: Pos2) -> DVec2 {
+    pub fn to_model(self, p: Pos2) -> DVec2 {
         let d = p - self.rect.center();
         self.centre + DVec2::new(f64::from(d.x), -f64::from(d.y)) * self.per_point()
     }

@@ -66,6 +66,9 @@ impl Edit {
             AppError::Window(what) => Failure::machine(what),
             e @ AppError::Validation(_) => Failure::machine(e),
         })?;
+        if let (true, Some(report)) = (global.json, &ended.report) {
+            super::print_json(report)?;
+        }
         match ended.journal {
             // A script has its end; only a person can be asked.
             Some(journal) if self.script.is_none() => Err(self.ask_again(global, &journal)),

@@ -33,7 +33,7 @@ enum Line {
 pub struct Journal {
     path: PathBuf,
     file: File,
-    // Steps in it that can be undone and redone.
+    // Steps in it that can be undone and redone, since it last held an undo or redo of a step from before it.
     done: usize,
     undone: usize,
 }
@@ -110,8 +110,9 @@ impl Journal {
     pub fn moved(&mut self, forward: bool, before: &Scene, after: &Scene) -> std::io::Result<()> {
         let from = if forward { &mut self.undone } else { &mut self.done };
         let Some(left) = from.checked_sub(1) else {
+            (self.done, self.undone) = (0, 0);
             let label = if forward { "redo" } else { "undo" }.to_owned();
-            return self.step(&Step { label, change: Change::between(before, after) });
+            return self.write(&Line::Step { label, change: Change::between(before, after) });
         };
         *from = left;
         *(if forward { &mut self.done } else { &mut self.undone }) += 1;
@@ -284,7 +285,10 @@ mod tests {
         let mut history = History::default();
         (0..3).for_each(|i| drop(moved(&mut now, &mut history, 2.0 + f64::from(i))));
         let mut journal = Journal::begin(None, Some(&folder), &now).unwrap();
-        for forward in [false, false, true, false, true] {
+        for (i, forward) in [false, false, true, false, true, false, true, false, false].into_iter().enumerate() {
+            if i == 5 {
+                journal.step(&moved(&mut now, &mut history, 9.0)).unwrap();
+            }
             let before = now.clone();
             if forward {
                 history.redo(&mut now)

@@ -22,6 +22,7 @@ pub mod model;
 pub mod overlay;
 pub mod paint;
 pub mod place;
+pub mod shape;
 
 use crate::mesh::MeshError;
 use crate::refine::RefineError;

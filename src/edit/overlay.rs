@@ -101,7 +101,9 @@ pub fn overlay(scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement, look
         Collect { mesh, map: IndexMap::new(mesh), refinement, made: &made, look, out: Overlay::default() };
     collect.run(scene);
     let mut out = collect.out;
-    out.crowded = out.edges.len() > 2 * MOST_FACES;
+    if out.edges.len() > 2 * MOST_FACES || out.handles.len() > 2 * MOST_FACES {
+        out = Overlay { crowded: true, ..Overlay::default() };
+    }
     Ok(out)
 }
 
@@ -243,6 +245,15 @@ impl Collect<'_> {
             return;
         }
         push(Kind::Colour, slot, shown, colour);
+        // Where vertices lie close their sectors would cover each other; those that differ are shown all the same.
+        let (mut nearest, mut differ) = (f64::INFINITY, false);
+        level.around(h, |s| {
+            nearest = nearest.min(level.position(level.next(s)).distance(control));
+            differ |= level.corner_colour(s) != colour;
+        });
+        if nearest < 1.6 * SECTOR_OFFSET * self.look.pixel && !differ {
+            return;
+        }
         level.around(h, |s| {
             let (a, b) = (level.position(level.next(s)), level.position(level.prev(s)));
             let into = (a - control).normalize_or_zero() + (b - control).normalize_or_zero();
