@@ -1,6 +1,6 @@
 //! Scenes of technique `surface` (ZBK23): polygons in space with sharp edges and corners.
 //!
-//! [`read`] takes OBJ with the authors' `fs` and `as` lines or Pixar's `t crease` and `t corner` tags; sharpness may
+//! Its reader takes OBJ with the authors' `fs` and `as` lines or Pixar's `t crease` and `t corner` tags; sharpness may
 //! come from a `.sharp` file too ([`sharp`]).
 
 mod obj;
