@@ -26,8 +26,9 @@ struct Display {
 
 impl Display {
     fn new() -> Display {
+        // Without -noreset the server starts anew when its last client goes, and whoever connects just then is refused.
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp", "-noreset"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
