@@ -372,7 +372,8 @@ fn senseless_requests_are_refused_by_name() {
             assert!(error.is_request() && error.to_string().contains(word), "{error}");
         }
         let range = DrawRange { kind: Kind::Bicubic, part: None, level: 0, first: 0, count: 1 };
-        let good = PatchTable { control: vec![[0.0; 8]], indices: vec![0; 16], ranges: vec![range], faces: vec![] };
+        let good =
+            PatchTable { control: vec![[0.0; 8]], indices: vec![0; 16], ranges: vec![range], ..PatchTable::default() };
         assert!(gpu.upload(&good).is_ok());
         let tables = [
             PatchTable { indices: vec![1; 16], ..good.clone() },

@@ -27,7 +27,7 @@ const fn out(name: &'static str, source: &'static str, defines: &'static [(&'sta
 
 /// Every output, in the order of the manifest.
 #[rustfmt::skip]
-pub const OUTPUTS: [Output; 20] = [
+pub const OUTPUTS: [Output; 23] = [
     out("patch.vert", "patch.vert", &[]),
     out("bicubic.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "0")]),
     out("bicubic_triangle.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "1")]),
@@ -47,6 +47,9 @@ pub const OUTPUTS: [Output; 20] = [
     out("gregory_readback.tese", "patch.tese", &[("GREGORY", "1"), ("SHAPE", "0"), ("READBACK", "1")]),
     out("gregory_triangle_readback.tese", "patch.tese", &[("GREGORY", "1"), ("SHAPE", "1"), ("READBACK", "1")]),
     out("gregory_quad_readback.tese", "patch.tese", &[("GREGORY", "1"), ("SHAPE", "2"), ("READBACK", "1")]),
+    out("stitched.tesc", "stitched.tesc", &[]),
+    out("stitched.tese", "stitched.tese", &[]),
+    out("stitched_readback.tese", "stitched.tese", &[("READBACK", "1")]),
     out("colour.frag", "colour.frag", &[]),
 ];
 

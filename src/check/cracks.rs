@@ -159,13 +159,19 @@ pub fn winding(segments: &[[DVec2; 2]], width: u32, height: u32) -> Vec<i32> {
 
 /// Pixels (column, row) inside the outline that are background; `covered[row * width + column]` says what was drawn.
 pub fn find(segments: &[[DVec2; 2]], covered: &[bool], width: u32, height: u32) -> Vec<[u32; 2]> {
+    find_beyond(segments, covered, width, height, AMBIGUOUS)
+}
+
+/// As [`find`], where pixels nearer than `margin` to the outline do not count: for outlines that are not the very segments
+/// that the tessellator makes.
+pub fn find_beyond(segments: &[[DVec2; 2]], covered: &[bool], width: u32, height: u32, margin: f64) -> Vec<[u32; 2]> {
     let winding = winding(segments, width, height);
     let candidates = winding.iter().zip(covered).enumerate().filter(|(_, (&w, &c))| w != 0 && !c);
     candidates
         .map(|(i, _)| [i as u32 % width, i as u32 / width])
         .filter(|&[x, y]| {
             let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            segments.iter().all(|&[a, b]| distance(centre, a, b) > AMBIGUOUS)
+            segments.iter().all(|&[a, b]| distance(centre, a, b) > margin)
         })
         .collect()
 }

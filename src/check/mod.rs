@@ -7,3 +7,4 @@ pub mod folds;
 pub mod limit_picture;
 pub mod locate;
 pub mod picture_error;
+pub mod sections;

@@ -10,7 +10,8 @@ use super::show::{level_colour, patch_colour, Show, WIRE_COLOUR};
 use super::table::DeviceTable;
 use super::target::{PassKey, Target};
 use crate::image::Picture;
-use crate::patch::tess::{quad_vertices, TessRule};
+use crate::patch::space::Interpolation;
+use crate::patch::tess::{quad_vertices, TessRule, MAX_LEVEL};
 use crate::patch::{DrawRange, Kind};
 use ash::vk;
 use std::rc::Rc;
@@ -244,7 +245,7 @@ impl<'t> PreparedFrame<'t> {
                 steps.push(Step {
                     scope: scopes.len() - 1,
                     pipeline: pipelines.get(PipelineKey::of(range, fill, canvas.pass))?,
-                    push: push_of(frame, range, fill),
+                    push: push_of(frame, table.colour, range, fill),
                     first: range.first,
                     count: range.count * range.stride() as u32,
                     most: most_patches(&canvas.context, frame.tess, range).saturating_mul(range.stride() as u32),
@@ -453,7 +454,8 @@ fn full_barrier(context: &Context, commands: vk::CommandBuffer) {
 
 fn scope_of(range: &DrawRange) -> Scope {
     match (range.kind, range.part) {
-        (Kind::Bicubic, None) => Scope::Bicubic,
+        // Stitched patches are bicubics too.
+        (Kind::Bicubic, None) | (Kind::Stitched, _) => Scope::Bicubic,
         (Kind::Bicubic, Some(_)) => Scope::BicubicTransition,
         (Kind::Gregory, None) => Scope::Gregory,
         (Kind::Gregory, Some(_)) => Scope::GregoryTransition,
@@ -469,11 +471,13 @@ fn most_patches(context: &Context, tess: TessRule, range: &DrawRange) -> u32 {
         return range.count;
     }
     let levels = tess.levels(range.level);
-    let level = levels.full.max(levels.half).max(levels.inner) as u64;
+    // The table says how fine stitched sides are.
+    let stitched = if range.kind == Kind::Stitched { MAX_LEVEL } else { 1.0 };
+    let level = levels.full.max(levels.half).max(levels.inner).max(stitched) as u64;
     (0xffff / quad_vertices(level)) as u32
 }
 
-fn push_of(frame: &Frame, range: &DrawRange, fill: Fill) -> Push {
+fn push_of(frame: &Frame, colour: Interpolation, range: &DrawRange, fill: Fill) -> Push {
     let flat = match (fill, frame.show) {
         (Fill::Wire, _) => Some(WIRE_COLOUR),
         (_, Show::Patches) => Some(patch_colour(range.kind, range.part)),
@@ -491,13 +495,15 @@ fn push_of(frame: &Frame, range: &DrawRange, fill: Fill) -> Push {
     ];
     push.flat_colour = flat.unwrap_or_default();
     push.show = u32::from(flat.is_some());
-    push.clamped = u32::from(frame.format == Format::Rgba8);
+    push.clamped =
+        u32::from(frame.format == Format::Rgba8) | u32::from(colour.premultiplied) << 1 | (colour.space as u32) << 4;
     push
 }
 
 /// Push constants that decide the levels of a range; `scale` is pixels a model unit.
 pub(super) fn tess_push(tess: TessRule, scale: [f64; 2], range: &DrawRange) -> Push {
-    let levels = tess.levels(range.level);
+    // Neighbours of different levels share free sides of stitched patches, so those have one level.
+    let levels = tess.levels(if range.kind == Kind::Stitched { 0 } else { range.level });
     let (corners, sides) = part_codes(range.part);
     Push {
         tess: [levels.full, levels.half, levels.inner, levels.pixels],

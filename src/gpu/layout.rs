@@ -21,7 +21,7 @@ pub struct Push {
     pub sides: u32,
     /// 0 interpolated colour, 1 `flat_colour`.
     pub show: u32,
-    /// 1: clamp the colour to [0, 1] at output.
+    /// Bit 0: clamp the colour to [0, 1] at output; bit 1: colours are premultiplied; bits 4 on: number of the space.
     pub clamped: u32,
     /// Read-back only: number of the draw range.
     pub range: u32,

@@ -11,7 +11,8 @@ use super::memory::{bytes_of, Buffer};
 use super::pipeline::{Fill, PipelineKey, Pipelines, PUSH_STAGES};
 use super::table::{DeviceTable, TableBuffers};
 use super::target::{PassKey, Target};
-use crate::patch::tess::TessRule;
+use crate::patch::tess::{TessRule, MAX_LEVEL};
+use crate::patch::Kind;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use std::rc::Rc;
@@ -61,7 +62,8 @@ pub(super) fn evaluate(
     let mut expected = 0;
     for (number, range) in table.ranges.iter().enumerate() {
         let levels = tess.levels(range.level);
-        let most = levels.full.max(levels.half).max(levels.inner) as u64 + 1;
+        let stitched = if range.kind == Kind::Stitched { MAX_LEVEL } else { 1.0 };
+        let most = levels.full.max(levels.half).max(levels.inner).max(stitched) as u64 + 1;
         let vertices = most * most;
         let mut first = 0;
         while first < range.count {

@@ -33,6 +33,7 @@ pub(super) fn control(kind: Kind, shape: Shape) -> Spv {
         (Kind::Gregory, Shape::Whole) => spv!("gregory.tesc"),
         (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle.tesc"),
         (Kind::Gregory, Shape::Quad) => spv!("gregory_quad.tesc"),
+        (Kind::Stitched, _) => spv!("stitched.tesc"),
     }
 }
 
@@ -45,6 +46,7 @@ pub(super) fn evaluation(kind: Kind, shape: Shape) -> Spv {
         (Kind::Gregory, Shape::Whole) => spv!("gregory.tese"),
         (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle.tese"),
         (Kind::Gregory, Shape::Quad) => spv!("gregory_quad.tese"),
+        (Kind::Stitched, _) => spv!("stitched.tese"),
     }
 }
 
@@ -57,6 +59,7 @@ pub(super) fn readback(kind: Kind, shape: Shape) -> Spv {
         (Kind::Gregory, Shape::Whole) => spv!("gregory_readback.tese"),
         (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle_readback.tese"),
         (Kind::Gregory, Shape::Quad) => spv!("gregory_quad_readback.tese"),
+        (Kind::Stitched, _) => spv!("stitched_readback.tese"),
     }
 }
 

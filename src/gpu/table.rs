@@ -5,8 +5,9 @@ use super::error::GpuError;
 use super::memory::{bytes_of, Buffer};
 use super::query::{Scope, Timestamps};
 use crate::patch::pack::pack;
+use crate::patch::space::Interpolation;
 use crate::patch::transition::PARTS;
-use crate::patch::{DrawRange, PatchTable};
+use crate::patch::{DrawRange, Kind, PatchTable};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use std::rc::Rc;
@@ -15,6 +16,7 @@ use std::rc::Rc;
 /// made it, which then lives on in it.
 pub struct DeviceTable {
     pub(super) ranges: Vec<DrawRange>,
+    pub(super) colour: Interpolation,
     // None: the table is empty.
     pub(super) buffers: Option<TableBuffers>,
     pub(super) upload_ns: Option<u64>,
@@ -47,7 +49,14 @@ impl DeviceTable {
 
 /// Checks the table, casts it to f32 and copies it to the device through staging buffers.
 pub(super) fn upload(context: &Rc<Context>, table: &PatchTable) -> Result<DeviceTable, GpuError> {
-    let mut made = DeviceTable { ranges: Vec::new(), buffers: None, upload_ns: None, bytes: 0, uploader: None };
+    let mut made = DeviceTable {
+        ranges: Vec::new(),
+        colour: table.colour,
+        buffers: None,
+        upload_ns: None,
+        bytes: 0,
+        uploader: None,
+    };
     fill(context, table, &mut made, 0)?;
     made.uploader = None;
     Ok(made)
@@ -93,6 +102,7 @@ fn fill(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable, spare
     }
     into.bytes = (control.len() + indices.len()) as u64;
     into.ranges.extend_from_slice(&table.ranges);
+    into.colour = table.colour;
     Ok(())
 }
 
@@ -169,6 +179,9 @@ fn check(table: &PatchTable, max_index: u32) -> Result<(), GpuError> {
     for range in &table.ranges {
         if range.part.is_some_and(|part| part as usize >= PARTS.len()) {
             return fault(format!("{range:?} names no part"));
+        }
+        if range.kind == Kind::Stitched && range.part.is_some() {
+            return fault(format!("{range:?} has parts, and its kind has none"));
         }
         let end = u64::from(range.first) + u64::from(range.count) * range.stride() as u64;
         if end > table.indices.len() as u64 {

@@ -6,7 +6,7 @@ use super::{ControlPoint, DrawRange, PatchTable};
 /// A patch lies in the hull of its control points (the weights of a Bezier or Gregory patch are not negative and sum
 /// to 1), so what is left out has no point in the view. [`PatchTable::faces`] stays empty. Linear in the table.
 pub fn within(table: &PatchTable, view: [f64; 4]) -> PatchTable {
-    let mut seen = PatchTable::default();
+    let mut seen = PatchTable { colour: table.colour, ..PatchTable::default() };
     // New number of each control point, plus 1.
     let mut renamed = vec![0u32; table.control.len()];
     for range in &table.ranges {
@@ -61,7 +61,7 @@ mod tests {
             control: control.collect(),
             indices: patch(0).chain(patch(3)).collect(),
             ranges: vec![DrawRange { kind: Kind::Bicubic, part: None, level: 0, first: 0, count: 2 }],
-            faces: Vec::new(),
+            ..PatchTable::default()
         }
     }
 

@@ -19,6 +19,7 @@
 //! * **Gregory** (LSNC09): 20 points. 0 to 15 as drawn, where the inner point of corner i is `f_i+` (the one
 //!   that belongs to edge i, which leaves corner i); 16 + i is `f_i-` (edge i - 1, which ends in corner i).
 //!   `F_A = (u f0+ + v f0-) / (u + v)`, and its three rotations.
+//! * **Stitched** (BLHK18 6.2): 32 points, 0 to 15 as drawn and then the curves that its sides run along, see [`stitched`].
 //! * **Transition parts** (NLMD12 section 4): a face with finer neighbours is drawn as two to four parts, see
 //!   [`transition`]. A part has the face's 16 or 20 points and then 8 more: the part's own four corners (a
 //!   triangle repeats its third), then two inner points for each of up to two half edges (see
@@ -34,6 +35,8 @@ pub mod eval;
 mod gregory;
 pub mod pack;
 pub mod points;
+pub mod space;
+pub mod stitched;
 pub mod tess;
 pub mod transition;
 
@@ -47,6 +50,8 @@ pub enum Kind {
     Bicubic,
     /// Gregory patch LSNC09, 20 points.
     Gregory,
+    /// Bicubic whose sides may have T-sections, 32 points: see [`stitched`].
+    Stitched,
 }
 
 impl Kind {
@@ -55,6 +60,7 @@ impl Kind {
         match self {
             Kind::Bicubic => 16,
             Kind::Gregory => 20,
+            Kind::Stitched => 32,
         }
     }
 }
@@ -112,4 +118,6 @@ pub struct PatchTable {
     pub ranges: Vec<DrawRange>,
     /// One entry a drawn face.
     pub faces: Vec<Face>,
+    /// What the colour channels mean.
+    pub colour: space::Interpolation,
 }

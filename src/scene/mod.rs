@@ -9,12 +9,14 @@
 
 pub mod authors;
 mod error;
+pub mod ferguson;
 mod file;
 mod json_position;
 pub mod native;
 pub mod numbering;
 pub mod shapes;
 pub mod surface;
+pub mod svg;
 mod technique;
 
 pub use error::SceneError;

@@ -1,0 +1,107 @@
+//! The equivalent traditional gradient mesh (BLHK18 Table 1): every split runs through its whole row or column.
+
+use super::mesh::{HalfEdge, Mesh};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Sets with a parity: whether two members run the same way.
+struct Rows {
+    parent: Vec<(usize, bool)>,
+}
+
+impl Rows {
+    fn find(&mut self, i: usize) -> (usize, bool) {
+        let (mut at, mut turned) = (i, false);
+        while self.parent[at].0 != at {
+            turned ^= self.parent[at].1;
+            at = self.parent[at].0;
+        }
+        self.parent[i] = (at, turned);
+        (at, turned)
+    }
+
+    fn join(&mut self, a: usize, b: usize, turned: bool) {
+        let ((ra, ta), (rb, tb)) = (self.find(a), self.find(b));
+        if ra != rb {
+            self.parent[rb] = (ra, ta ^ tb ^ turned);
+        }
+    }
+}
+
+/// Number of patches of the traditional mesh. Rows and columns run across the patches of level 0 through opposite sides,
+/// round loops and through branches.
+pub fn traditional(mesh: &Mesh) -> u64 {
+    let roots: BTreeMap<u32, usize> = {
+        let all: BTreeSet<u32> = mesh.live().map(|p| mesh.patch(p).root).collect();
+        all.into_iter().enumerate().map(|(i, root)| (root, i)).collect()
+    };
+    // Of every root: direction u and direction v.
+    let mut rows = Rows { parent: (0..2 * roots.len()).map(|i| (i, false)).collect() };
+    for h in mesh.live().flat_map(|p| (0..4).map(move |i| HalfEdge::new(p, i))) {
+        let Some(o) = mesh.opposite(h) else { continue };
+        let (a, b) = (mesh.patch(h.patch()).root, mesh.patch(o.patch()).root);
+        if a == b {
+            continue;
+        }
+        let of = |h: HalfEdge, root: u32| 2 * roots[&root] + h.side() % 2;
+        // Sides 2 and 3 run against u and v, and half-edges of one curve against each other.
+        let turned = (h.side() > 1) ^ (o.side() > 1) ^ true;
+        rows.join(of(h, a), of(o, b), turned);
+    }
+    let mut cuts: BTreeMap<usize, BTreeSet<u64>> = BTreeMap::new();
+    for p in mesh.live() {
+        let patch = mesh.patch(p);
+        for axis in 0..2 {
+            let (row, turned) = rows.find(2 * roots[&patch.root] + axis);
+            for k in [axis, axis + 2] {
+                let t = if turned { 1.0 - patch.rect[k] } else { patch.rect[k] };
+                // To a grid fine enough for every split and coarse enough for rounding.
+                cuts.entry(row).or_default().insert((t * (1u64 << 40) as f64).round() as u64);
+            }
+        }
+    }
+    let count = |rows: &mut Rows, i: usize| cuts.get(&rows.find(i).0).map_or(1, |c| c.len() as u64 - 1);
+    (0..roots.len()).map(|i| count(&mut rows, 2 * i) * count(&mut rows, 2 * i + 1)).sum()
+}
+
+impl Mesh {
+    /// Parts of the mesh that no curve connects.
+    pub fn components(&self) -> usize {
+        let mut seen = BTreeSet::new();
+        let mut count = 0;
+        for start in self.live() {
+            if !seen.insert(start) {
+                continue;
+            }
+            count += 1;
+            let mut waiting = vec![start];
+            while let Some(p) = waiting.pop() {
+                for i in 0..4 {
+                    for list in &self.curve(self.side(HalfEdge::new(p, i)).curve).sides {
+                        waiting.extend(list.iter().map(|h| h.patch()).filter(|&q| seen.insert(q)));
+                    }
+                }
+            }
+        }
+        count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ferguson::split::Axis;
+    use glam::DVec4;
+
+    #[test]
+    fn splits_run_through_rows_and_columns() {
+        let mut mesh = Mesh::grid(3, 2, [0.0, 0.0, 3.0, 2.0], |_, _| DVec4::ONE).unwrap();
+        assert_eq!((traditional(&mesh), mesh.components()), (6, 1));
+        mesh.split(0, Axis::U, 0.5).unwrap();
+        // One column of two patches more.
+        assert_eq!(traditional(&mesh), 8);
+        mesh.split(3, Axis::U, 0.5).unwrap();
+        assert_eq!(traditional(&mesh), 8, "the same column");
+        mesh.split(4, Axis::V, 0.25).unwrap();
+        assert_eq!(traditional(&mesh), 12);
+    }
+}

@@ -1,0 +1,156 @@
+//! PDF: one page with tensor-product shadings of type 7 (ISO 32000-1, 8.7.4.5.8).
+//!
+//! Every cell is written with flag 0 and 16 points of 32 bits, 16 bits a colour component: whole bytes, because readers
+//! disagree on padding. There is no /Function: viewers evaluate it in different ways. Alpha becomes a soft mask, a second
+//! shading of the same patches in grey.
+
+use super::cells::Cell;
+use super::VectorError;
+use glam::DVec2;
+use pdf_writer::types::MaskType;
+use pdf_writer::writers::StreamShadingType;
+use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref};
+
+/// Length of the page's longer side, points.
+pub const LONG_SIDE: f64 = 600.0;
+
+/// Order of a record's points in the net: first index along u, second along v.
+const ORDER: [usize; 16] = [0, 4, 8, 12, 13, 14, 15, 11, 7, 3, 2, 1, 5, 9, 10, 6];
+/// Order of its colours among the corners A, B, C, D.
+const COLOURS: [usize; 4] = [0, 3, 2, 1];
+
+/// Ranges of the coordinates of a stream: x low and high, y low and high. Single precision, as the file states them.
+type Decode = [f32; 4];
+
+fn decode_of(cells: &[Cell], place: impl Fn(DVec2) -> DVec2) -> Decode {
+    let mut d = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
+    for p in cells.iter().flat_map(|c| c.geometry).map(place) {
+        for (axis, x) in [p.x, p.y].into_iter().enumerate() {
+            d[2 * axis] = d[2 * axis].min((x as f32).next_down());
+            d[2 * axis + 1] = d[2 * axis + 1].max((x as f32).next_up());
+        }
+    }
+    d
+}
+
+/// Nearest of the 2^32 steps of a range.
+fn coordinate(x: f64, low: f32, high: f32) -> u32 {
+    let (low, high) = (f64::from(low), f64::from(high));
+    ((x - low) / (high - low) * f64::from(u32::MAX)).round().clamp(0.0, f64::from(u32::MAX)) as u32
+}
+
+/// The stream of records; `components` are the colour channels that are written.
+fn stream(cells: &[Cell], place: impl Fn(DVec2) -> DVec2, d: Decode, components: std::ops::Range<usize>) -> Vec<u8> {
+    let mut out = Vec::with_capacity(cells.len() * (1 + 128 + 8 * components.len()));
+    for cell in cells {
+        out.push(0);
+        for i in ORDER {
+            let p = place(cell.geometry[i]);
+            out.extend(coordinate(p.x, d[0], d[1]).to_be_bytes());
+            out.extend(coordinate(p.y, d[2], d[3]).to_be_bytes());
+        }
+        for i in COLOURS {
+            for c in components.clone() {
+                out.extend(((cell.colours[i][c].clamp(0.0, 1.0) * 65535.0).round() as u16).to_be_bytes());
+            }
+        }
+    }
+    out
+}
+
+/// A page that shows the model rectangle `view` (x0, y0, x1, y1), its longer side [`LONG_SIDE`] points long. `title` is
+/// what it is called.
+///
+/// # Errors
+/// [`VectorError::Empty`].
+pub fn page(cells: &[Cell], [x0, y0, x1, y1]: [f64; 4], title: &str) -> Result<Vec<u8>, VectorError> {
+    let (width, height) = (x1 - x0, y1 - y0);
+    let scale = LONG_SIDE / width.max(height);
+    if cells.is_empty() || !scale.is_finite() || width <= 0.0 || height <= 0.0 {
+        return Err(VectorError::Empty);
+    }
+    let place = |p: DVec2| (p - DVec2::new(x0, y0)) * scale;
+    let d = decode_of(cells, place);
+    let [catalog, pages, page, content, shading, grey, mask, state, info] = [1, 2, 3, 4, 5, 6, 7, 8, 9].map(Ref::new);
+    let media = Rect::new(0.0, 0.0, (width * scale) as f32, (height * scale) as f32);
+    let translucent = cells.iter().flat_map(|c| c.colours).any(|c| c.w < 1.0);
+
+    let mut pdf = Pdf::new();
+    pdf.document_info(info).title(pdf_writer::TextStr(title)).producer(pdf_writer::TextStr(concat!(
+        "gradtess ",
+        env!("CARGO_PKG_VERSION")
+    )));
+    pdf.catalog(catalog).pages(pages);
+    pdf.pages(pages).kids([page]).count(1);
+    let mut sheet = pdf.page(page);
+    sheet.media_box(media).parent(pages).contents(content);
+    let mut resources = sheet.resources();
+    resources.shadings().pair(Name(b"S"), shading);
+    if translucent {
+        resources.ext_g_states().pair(Name(b"M"), state);
+    }
+    resources.finish();
+    sheet.finish();
+
+    let mut drawing = Content::new();
+    if translucent {
+        drawing.set_parameters(Name(b"M"));
+    }
+    drawing.shading(Name(b"S"));
+    pdf.stream(content, &drawing.finish());
+
+    let range = |n: usize| d.into_iter().chain([0.0, 1.0].into_iter().cycle().take(2 * n));
+    let colours = stream(cells, place, d, 0..3);
+    let mut colour = pdf.stream_shading(shading, &colours);
+    colour.shading_type(StreamShadingType::TensorProductPatch);
+    colour.color_space().device_rgb();
+    colour.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(3));
+    colour.finish();
+
+    if translucent {
+        let alphas = stream(cells, place, d, 3..4);
+        let mut alpha = pdf.stream_shading(grey, &alphas);
+        alpha.shading_type(StreamShadingType::TensorProductPatch);
+        alpha.color_space().device_gray();
+        alpha.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(1));
+        alpha.finish();
+        let mut drawing = Content::new();
+        drawing.shading(Name(b"G"));
+        let drawn = drawing.finish();
+        let mut form = pdf.form_xobject(mask, &drawn);
+        form.bbox(media);
+        form.resources().shadings().pair(Name(b"G"), grey);
+        form.group().transparency().color_space().device_gray();
+        form.finish();
+        let mut graphics = pdf.ext_graphics(state);
+        graphics.soft_mask().subtype(MaskType::Luminosity).group(mask);
+        graphics.finish();
+    }
+    Ok(pdf.finish())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec4;
+
+    #[test]
+    fn a_record_is_what_the_standard_says() {
+        let geometry = std::array::from_fn(|i| DVec2::new((i % 4) as f64, (i / 4) as f64));
+        let colours = [0.0, 0.25, 0.5, 1.0].map(|x| DVec4::new(x, 0.0, 1.0, 0.5));
+        let bytes = stream(&[Cell { geometry, colours }], |p| p, [0.0, 3.0, 0.0, 3.0], 0..3);
+        assert_eq!(bytes.len(), 1 + 16 * 8 + 4 * 3 * 2);
+        let word = |i: usize| u32::from_be_bytes([bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]]);
+        // p00, then p01: one step along v.
+        assert_eq!((bytes[0], word(1), word(5)), (0, 0, 0));
+        assert_eq!((word(9), word(13)), (0, u32::MAX / 3));
+        // The fourth is p03, the corner D; the seventh p33, the corner C.
+        assert_eq!((word(1 + 3 * 8), word(5 + 3 * 8)), (0, u32::MAX));
+        assert_eq!((word(1 + 6 * 8), word(5 + 6 * 8)), (u32::MAX, u32::MAX));
+        // Inner points last: p11, p12, p22, p21.
+        assert_eq!((word(1 + 13 * 8), word(5 + 13 * 8)), (u32::MAX / 3, 2 * (u32::MAX / 3)));
+        // Colours of A, D, C, B.
+        let half = |k: usize| u16::from_be_bytes([bytes[129 + 6 * k], bytes[130 + 6 * k]]);
+        assert_eq!([half(0), half(1), half(2), half(3)], [0, 65535, 32768, 16384]);
+    }
+}

@@ -1,0 +1,110 @@
+//! Small gradient meshes and random operations for the tests of technique `ferguson`.
+#![allow(dead_code)] // each test program uses some of them
+
+use glam::{DVec2, DVec4};
+use gradtess::ferguson::mesh::{HalfEdge, Mesh};
+use gradtess::ferguson::split::Axis;
+
+/// SplitMix64: enough for tests, and the same numbers everywhere.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Random {
+        Random(seed)
+    }
+
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// In [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn below(&mut self, end: usize) -> usize {
+        (self.next() % end.max(1) as u64) as usize
+    }
+}
+
+pub fn close(a: DVec2, b: DVec2, by: f64) -> bool {
+    (a - b).abs().max_element() < by
+}
+
+fn hue(i: u32) -> DVec4 {
+    let t = f64::from(i) * 0.9;
+    DVec4::new(0.5 + 0.5 * t.cos(), 0.5 + 0.5 * (t + 2.1).cos(), 0.5 + 0.5 * (t + 4.2).cos(), 1.0)
+}
+
+/// Bends all handles by fixed amounts, mirrored nowhere, and gives every corner a twist: the worst case for exactness.
+pub fn bend(mesh: &mut Mesh, by: f64) {
+    let mut random = Random::new(5);
+    let mut offset = |by: f64| DVec2::new(random.unit() - 0.5, random.unit() - 0.5) * by;
+    for curve in &mut mesh.curves {
+        curve.handles = curve.handles.map(|h| h + offset(by));
+    }
+    for patch in &mut mesh.patches {
+        for corner in &mut patch.corners {
+            corner.twist = offset(by);
+        }
+    }
+}
+
+/// A bent grid over the unit square.
+pub fn wavy(columns: u32, rows: u32) -> Mesh {
+    let mut mesh = Mesh::grid(columns, rows, [0.0, 0.0, 1.0, 1.0], |i, j| hue(3 * i + 5 * j)).unwrap();
+    bend(&mut mesh, 0.2 / f64::from(columns.max(rows)));
+    mesh.take_journal();
+    mesh
+}
+
+/// A genuine radial mesh round a hole: a closed loop of patches, with one branch outside.
+pub fn ring(sectors: u32, rings: u32) -> Mesh {
+    let mut points = Vec::new();
+    for r in 0..=rings {
+        for s in 0..sectors {
+            let a = std::f64::consts::TAU * f64::from(s) / f64::from(sectors);
+            let radius = 0.15 + 0.2 * f64::from(r);
+            points.push(DVec2::new(0.5 + radius * a.cos(), 0.5 + radius * a.sin()));
+        }
+    }
+    let id = |r: u32, s: u32| r * sectors + s % sectors;
+    let mut quads = Vec::new();
+    for r in 0..rings {
+        for s in 0..sectors {
+            quads.push([id(r, s), id(r + 1, s), id(r + 1, s + 1), id(r, s + 1)]);
+        }
+    }
+    let (a, b) = (id(rings, 0), id(rings, 1));
+    let first = points.len() as u32;
+    points.push(points[a as usize] + DVec2::new(0.3, -0.1));
+    points.push(points[b as usize] + DVec2::new(0.3, 0.1));
+    quads.push([a, first, first + 1, b]);
+    let colours: Vec<[DVec4; 4]> = quads.iter().map(|q| q.map(hue)).collect();
+    let mut mesh = Mesh::from_quads(&points, &quads, &colours).unwrap();
+    bend(&mut mesh, 0.05);
+    mesh.take_journal();
+    mesh
+}
+
+/// Splits one random patch, at the middle or anywhere.
+pub fn random_split(mesh: &mut Mesh, random: &mut Random, dyadic: bool) {
+    let live: Vec<u32> = mesh.live().collect();
+    let p = live[random.below(live.len())];
+    // Down to widths where parameters are still far from rounding.
+    let axis = if random.below(2) == 0 { Axis::U } else { Axis::V };
+    if mesh.patch(p).extent().iter().any(|&e| e < 1e-4) {
+        return;
+    }
+    let at = if dyadic { 0.5 } else { 0.2 + 0.6 * random.unit() };
+    mesh.split(p, axis, at).unwrap();
+}
+
+/// A corner of a patch.
+pub fn corner(p: u32, i: usize) -> HalfEdge {
+    HalfEdge::new(p, i)
+}
