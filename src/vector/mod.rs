@@ -20,7 +20,9 @@ pub struct Bicubic {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum VectorError {
     /// A patch is turned over somewhere: viewers disagree about what is on top.
-    #[error("patch {patch} folds over near {x:.6},{y:.6}, which viewers draw in different ways; unfold it, or write a PNG")]
+    #[error(
+        "patch {patch} folds over near {x:.6},{y:.6}, which viewers draw in different ways; unfold it, or write a PNG"
+    )]
     Folded {
         /// Number of the drawn face.
         patch: usize,

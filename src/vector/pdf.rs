@@ -76,10 +76,9 @@ pub fn page(cells: &[Cell], [x0, y0, x1, y1]: [f64; 4], title: &str) -> Result<V
     let translucent = cells.iter().flat_map(|c| c.colours).any(|c| c.w < 1.0);
 
     let mut pdf = Pdf::new();
-    pdf.document_info(info).title(pdf_writer::TextStr(title)).producer(pdf_writer::TextStr(concat!(
-        "gradtess ",
-        env!("CARGO_PKG_VERSION")
-    )));
+    pdf.document_info(info)
+        .title(pdf_writer::TextStr(title))
+        .producer(pdf_writer::TextStr(concat!("gradtess ", env!("CARGO_PKG_VERSION"))));
     pdf.catalog(catalog).pages(pages);
     pdf.pages(pages).kids([page]).count(1);
     let mut sheet = pdf.page(page);

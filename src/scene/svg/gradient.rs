@@ -9,7 +9,7 @@ use crate::ferguson::Mesh;
 use crate::patch::space::{Interpolation, Space};
 use crate::scene::error::Fault;
 use glam::{DAffine2, DMat2, DVec2};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Most patches of one scene.
 const MOST: usize = 250_000;
@@ -30,7 +30,13 @@ fn is_gradient(element: &Element) -> bool {
     matches!(element.name.as_str(), "meshgradient" | "mesh")
 }
 
-fn walk<'a>(text: &str, element: &'a Element, outer: DAffine2, found: &mut Drawing<'a>) -> Result<(), Fault> {
+fn walk<'a>(
+    text: &str,
+    element: &'a Element,
+    outer: DAffine2,
+    fill: Option<&'a Element>,
+    found: &mut Drawing<'a>,
+) -> Result<(), Fault> {
     if is_gradient(element) {
         found.gradients.push(element);
         if let Some(id) = element.get("id") {
@@ -41,18 +47,23 @@ fn walk<'a>(text: &str, element: &'a Element, outer: DAffine2, found: &mut Drawi
     let placed =
         matches!(element.name.as_str(), "g" | "svg" | "a" | "switch" | "defs" | "symbol") || is_shape(&element.name);
     let map = if placed { outer * transform(text, element, "transform")? } else { outer };
+    // Shapes that others are cut or drawn with are not drawn themselves.
+    if matches!(element.name.as_str(), "clippath" | "mask" | "pattern" | "marker") {
+        return element.children.iter().filter(|e| is_gradient(e)).try_for_each(|e| walk(text, e, map, None, found));
+    }
+    let fill = if element.property("fill").is_some() { Some(element) } else { fill };
     if is_shape(&element.name) {
-        if let Some(id) = filled_with(element) {
+        if let Some(id) = fill.and_then(filled_with) {
             found.uses.entry(id).or_default().push(Use { shape: element, map });
         }
     }
-    element.children.iter().try_for_each(|child| walk(text, child, map, found))
+    element.children.iter().try_for_each(|child| walk(text, child, map, fill, found))
 }
 
 /// Reads all gradients into one mesh.
 pub(super) fn read(text: &str, root: &Element) -> Result<(Mesh, Vec<String>), Fault> {
     let mut found = Drawing { gradients: Vec::new(), by_name: HashMap::new(), uses: HashMap::new() };
-    walk(text, root, DAffine2::IDENTITY, &mut found)?;
+    walk(text, root, DAffine2::IDENTITY, None, &mut found)?;
     if found.gradients.is_empty() {
         let fix = "give a drawing with a <meshgradient>";
         return Err(root.fault(text, "the drawing has no mesh gradient", fix));
@@ -61,14 +72,25 @@ pub(super) fn read(text: &str, root: &Element) -> Result<(Mesh, Vec<String>), Fa
     let mut grids: Vec<Grid> = Vec::new();
     let (mut colour, mut blend) = (Interpolation::default(), Blend::Linear);
     let flip = DAffine2::from_scale(DVec2::new(1.0, -1.0));
+    let templates_used: HashSet<&str> = found.gradients.iter().filter_map(|e| template(e)).collect();
     for (i, gradient) in found.gradients.iter().enumerate() {
-        let source = with_rows(&found, gradient);
-        if source.children.iter().all(|row| row.name != "meshrow") {
+        let chain = templates(&found, gradient);
+        // What a gradient does not say it takes from those that it refers to: its rows, and every attribute.
+        let with = |name: &str| chain.iter().copied().find(|e| e.get(name).is_some()).unwrap_or(gradient);
+        let has_rows = |e: &&Element| e.children.iter().any(|child| child.name == "meshrow");
+        let Some(source) = chain.iter().copied().find(has_rows) else {
             notes.push(format!("the gradient {} has no rows and draws nothing", name_of(gradient)));
             continue;
+        };
+        let uses = gradient.get("id").and_then(|id| found.uses.get(id)).map_or(&[][..], |uses| &uses[..]);
+        // A template that others are made from draws nothing itself.
+        if uses.is_empty() && gradient.get("id").is_some_and(|id| templates_used.contains(id)) {
+            continue;
         }
-        let own = transform(text, gradient, "gradientTransform")? * transform(text, gradient, "transform")?;
-        let box_units = match gradient.get("gradientUnits") {
+        let turned = chain.iter().copied().find(|e| e.get("gradientTransform").or(e.get("transform")).is_some());
+        let turned = turned.unwrap_or(gradient);
+        let own = transform(text, turned, "gradientTransform")? * transform(text, turned, "transform")?;
+        let box_units = match with("gradientUnits").get("gradientUnits") {
             None | Some("objectBoundingBox") => true,
             Some("userSpaceOnUse") => false,
             Some(other) => {
@@ -83,9 +105,7 @@ pub(super) fn read(text: &str, root: &Element) -> Result<(Mesh, Vec<String>), Fa
             let fix = "keep gradients of one space in a drawing";
             return Err(gradient.fault(text, "this gradient has another colour space than the first", fix));
         }
-        let grid = patches::read(text, source)?;
-        let nothing = Vec::new();
-        let uses = gradient.get("id").and_then(|id| found.uses.get(id)).unwrap_or(&nothing);
+        let grid = patches::read(text, source, with)?;
         let mut maps = Vec::new();
         for place in uses {
             let unit = if box_units {
@@ -133,20 +153,21 @@ pub(super) fn read(text: &str, root: &Element) -> Result<(Mesh, Vec<String>), Fa
     Ok((patches::mesh(&grids, colour, blend), notes))
 }
 
-/// The gradient itself, or, where it has no rows, the one it refers to, through at most 8 references.
-fn with_rows<'a>(found: &Drawing<'a>, gradient: &'a Element) -> &'a Element {
-    let mut at = gradient;
-    for _ in 0..8 {
-        if at.children.iter().any(|child| child.name == "meshrow") {
+/// Name of the gradient that this one refers to.
+fn template(gradient: &Element) -> Option<&str> {
+    gradient.get("href")?.trim().strip_prefix('#')
+}
+
+/// The gradient, and those that it refers to, nearest first: at most 8.
+fn templates<'a>(found: &Drawing<'a>, gradient: &'a Element) -> Vec<&'a Element> {
+    let mut chain = vec![gradient];
+    while let Some(next) = template(chain[chain.len() - 1]).and_then(|id| found.by_name.get(id)) {
+        if chain.len() == 8 {
             break;
         }
-        let target = at.get("href").and_then(|href| href.trim().strip_prefix('#'));
-        match target.and_then(|id| found.by_name.get(id)) {
-            Some(next) => at = next,
-            None => break,
-        }
+        chain.push(next);
     }
-    at
+    chain
 }
 
 fn name_of(gradient: &Element) -> String {

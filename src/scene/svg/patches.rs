@@ -136,15 +136,15 @@ fn line(from: DVec2, to: DVec2) -> [DVec2; 3] {
     [from + (to - from) / 3.0, to - (to - from) / 3.0, to]
 }
 
-/// Reads the rows of a gradient.
-pub(super) fn read(text: &str, gradient: &Element) -> Result<Grid, Fault> {
+/// Reads the rows of a gradient; `with` finds the element that an attribute comes from.
+pub(super) fn read<'a>(text: &str, gradient: &'a Element, with: impl Fn(&str) -> &'a Element) -> Result<Grid, Fault> {
     let rows: Vec<&Element> = gradient.children.iter().filter(|c| c.name == "meshrow").collect();
     let patches = |row: &'_ Element| row.children.iter().filter(|c| c.name == "meshpatch").count();
     let columns = patches(rows[0]);
     if columns == 0 {
         return Err(rows[0].fault(text, "the row has no patch", "give it <meshpatch> elements"));
     }
-    let bicubic = match gradient.get("type") {
+    let bicubic = match with("type").get("type") {
         None | Some("bilinear" | "coons") => false,
         Some("bicubic") => true,
         Some(other) => {
@@ -164,7 +164,7 @@ pub(super) fn read(text: &str, gradient: &Element) -> Result<Grid, Fault> {
     };
     let mut colours = vec![DVec4::ZERO; grid.points.len()];
     let mut given: Vec<Option<[Jet; 4]>> = Vec::new();
-    grid.points[0] = DVec2::new(length(text, gradient, "x")?, length(text, gradient, "y")?);
+    grid.points[0] = DVec2::new(length(text, with("x"), "x")?, length(text, with("y"), "y")?);
     for (r, row) in rows.iter().enumerate() {
         if patches(row) != columns {
             let what = format!("this row has {} patches, the first has {columns}", patches(row));
