@@ -26,8 +26,10 @@ fn decode_of(cells: &[Cell], place: impl Fn(DVec2) -> DVec2) -> Decode {
     let mut d = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
     for p in cells.iter().flat_map(|c| c.geometry).map(place) {
         for (axis, x) in [p.x, p.y].into_iter().enumerate() {
-            d[2 * axis] = d[2 * axis].min((x as f32).next_down());
-            d[2 * axis + 1] = d[2 * axis + 1].max((x as f32).next_up());
+            // Beyond what the cast may have cut off.
+            let slack = x.abs() * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE);
+            d[2 * axis] = d[2 * axis].min((x - slack) as f32);
+            d[2 * axis + 1] = d[2 * axis + 1].max((x + slack) as f32);
         }
     }
     d

@@ -78,7 +78,7 @@ impl Element {
             let start = value.as_ptr() as usize - style.as_ptr() as usize;
             Some((key.trim().to_owned(), start, start + value.len()))
         };
-        let found = style.split(';').filter_map(of).filter(|(key, _, _)| key == name).last();
+        let found = style.split(';').filter_map(of).rfind(|(key, _, _)| key == name);
         found.map(|(_, from, to)| style[from..to].trim()).or_else(|| self.get(name))
     }
 

@@ -1,0 +1,224 @@
+//! PDF pages as two other programs draw them: Ghostscript and MuPDF, at four times our resolution, averaged.
+
+use exchange::{draw, draw_table, square};
+use glam::{DVec2, DVec4};
+use gpu_support::with_gpu;
+use gradtess::ferguson::fit::Target;
+use gradtess::ferguson::table::table;
+use gradtess::ferguson::Mesh;
+use gradtess::image::Picture;
+use gradtess::patch::space::Interpolation;
+use gradtess::vector::{bicubics, cells, folded, pdf};
+use std::path::Path;
+use std::process::Command;
+
+mod exchange;
+mod ferguson_meshes;
+mod gpu_support;
+mod models;
+
+/// Pixels of our pictures. Pages are 600 points, so 72 dots an inch are four times as many.
+const SIZE: u32 = 150;
+
+fn there(program: &str) -> bool {
+    let found = Command::new(program).arg("-v").output().is_ok();
+    if !found {
+        println!("PDF pages: skipped for {program}, which is not installed");
+    }
+    found
+}
+
+/// A picture by another program: width, height, and red, green, blue from 0 to 255, rows from the top.
+struct Theirs {
+    size: [u32; 2],
+    rgb: Vec<[f64; 3]>,
+}
+
+/// Ghostscript cuts 8-bit values off instead of rounding them (half a step too dark everywhere), so it gives 16 bits.
+fn rendered(program: &str, page: &Path, out: &Path) -> Theirs {
+    let done = match program {
+        "gs" => Command::new("gs")
+            .args(["-q", "-dNOPAUSE", "-dBATCH", "-dSAFER", "-sDEVICE=tiff48nc", "-sCompression=none", "-r72"])
+            .arg(format!("-sOutputFile={}", out.display()))
+            .arg(page)
+            .output(),
+        _ => Command::new("mutool").args(["draw", "-q", "-F", "png", "-r", "72", "-o"]).arg(out).arg(page).output(),
+    };
+    let done = done.unwrap();
+    assert!(done.status.success(), "{program}: {}", String::from_utf8_lossy(&done.stderr));
+    if program == "gs" {
+        return tiff(&std::fs::read(out).unwrap());
+    }
+    let picture = Picture::read_png(out).unwrap();
+    let all = (0..picture.height).flat_map(|y| (0..picture.width).map(move |x| (x, y)));
+    let rgb = all.map(|(x, y)| [0, 1, 2].map(|c| f64::from(picture.pixel(x, y)[c]))).collect();
+    Theirs { size: [picture.width, picture.height], rgb }
+}
+
+/// An uncompressed TIFF of 16 bits a channel, in strips.
+fn tiff(bytes: &[u8]) -> Theirs {
+    let little = &bytes[..2] == b"II";
+    let number = |at: usize, n: usize| {
+        let part = bytes[at..at + n].iter().copied();
+        let step = |all: usize, b: u8| all << 8 | usize::from(b);
+        if little {
+            part.rev().fold(0, step)
+        } else {
+            part.fold(0, step)
+        }
+    };
+    let directory = number(4, 4);
+    // All values of a tag.
+    let values = |tag: usize| -> Vec<usize> {
+        let entry = (0..number(directory, 2)).map(|i| directory + 2 + 12 * i).find(|&e| number(e, 2) == tag);
+        let entry = entry.expect("a tag");
+        let (width, count) = (if number(entry + 2, 2) == 3 { 2 } else { 4 }, number(entry + 4, 4));
+        let start = if width * count <= 4 { entry + 8 } else { number(entry + 8, 4) };
+        (0..count).map(|i| number(start + width * i, width)).collect()
+    };
+    assert_eq!((values(258), values(259)), (vec![16, 16, 16], vec![1]));
+    let strips = values(273).into_iter().zip(values(279)).flat_map(|(start, n)| (start..start + n).step_by(6));
+    let channel = |at: usize| number(at, 2) as f64 / 257.0;
+    let rgb = strips.map(|at| [channel(at), channel(at + 2), channel(at + 4)]).collect();
+    Theirs { size: [values(256)[0] as u32, values(257)[0] as u32], rgb }
+}
+
+struct Agreement {
+    compared: usize,
+    beyond: usize,
+    /// Those beyond by more than three steps.
+    far: usize,
+    /// Greatest difference beyond what is allowed, 1/255; negative where all is well.
+    excess: f64,
+    mean: f64,
+}
+
+/// Compares over white, three pixels inside the outline.
+fn compare(ours: &[DVec4], theirs: &Theirs) -> Agreement {
+    let n = SIZE as usize;
+    assert_eq!(theirs.size, [4 * SIZE; 2]);
+    let shown =
+        |i: usize| (ours[i].truncate() * ours[i].w + (1.0 - ours[i].w)).clamp(glam::DVec3::ZERO, glam::DVec3::ONE);
+    let mut a = Agreement { compared: 0, beyond: 0, far: 0, excess: f64::NEG_INFINITY, mean: 0.0 };
+    for (y, x) in (3..n - 3).flat_map(|y| (3..n - 3).map(move |x| (y, x))) {
+        let inside = |dy: usize, dx: usize| ours[(y + dy - 3) * n + x + dx - 3].w > 0.0;
+        if !(0..49).all(|k| inside(k / 7, k % 7)) {
+            continue;
+        }
+        let at = shown(y * n + x);
+        let around = [y * n + x - 1, y * n + x + 1, (y - 1) * n + x, (y + 1) * n + x];
+        for c in 0..3 {
+            let mean: f64 = (0..16).map(|k| theirs.rgb[(4 * y + k / 4) * 4 * n + 4 * x + k % 4][c]).sum::<f64>() / 16.0;
+            let per_pixel = around.iter().map(|&i| (shown(i)[c] - at[c]).abs()).fold(0.0, f64::max) * 255.0;
+            let off = (mean - at[c] * 255.0).abs();
+            let excess = off - (0.6 + 1.1 * per_pixel / 4.0);
+            a.compared += 1;
+            a.beyond += usize::from(excess > 0.0);
+            a.far += usize::from(excess > 3.0);
+            a.excess = a.excess.max(excess);
+            a.mean += off;
+        }
+    }
+    a.mean /= a.compared.max(1) as f64;
+    a
+}
+
+fn scenes() -> Vec<(String, Mesh)> {
+    let mut all = vec![("wavy".to_owned(), ferguson_meshes::wavy(2, 2))];
+    let clear = Mesh::grid(2, 1, [0.0, 0.0, 1.0, 1.0], |i, j| {
+        DVec4::new(f64::from(i) / 2.0, 0.3, f64::from(j), 0.2 + 0.4 * f64::from(i))
+    });
+    all.push(("translucent".to_owned(), clear.unwrap()));
+    if let Some(folder) = models::folder("svg", "PDF pages of drawings") {
+        for name in ["svgwg-mesh_example", "svgwg-mesh_gradient_patch", "wpt-meshgradient-bicubic-001"] {
+            let bytes = std::fs::read(folder.join(name).with_extension("svg")).unwrap();
+            all.push((name.to_owned(), gradtess::scene::ferguson::parse(&bytes, name).unwrap().0));
+        }
+    }
+    all
+}
+
+#[test]
+fn other_programs_draw_the_pages_as_we_draw_the_scenes() {
+    let programs: Vec<&str> = ["gs", "mutool"].into_iter().filter(|p| there(p)).collect();
+    let folder = std::env::temp_dir().join(format!("gradtess-pdf-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut short = Vec::new();
+    with_gpu(|gpu| {
+        for (name, mesh) in scenes() {
+            let view = square(&mesh);
+            let (nets, _) = bicubics(&table(&mesh, &Target::default()));
+            assert_eq!(folded(&nets), None, "{name}");
+            let cells = cells::cells(&nets, mesh.colour, 0.5 / 255.0);
+            assert!(cells.proved && cells.error <= 0.5 / 255.0, "{name}: {}", cells.error);
+            let page = folder.join("page.pdf");
+            std::fs::write(&page, pdf::page(&cells.all, view, &name).unwrap()).unwrap();
+            let ours = draw(gpu, &mesh, view, SIZE);
+            for program in &programs {
+                let a = compare(&ours, &rendered(program, &page, &folder.join("page.png")));
+                println!(
+                    "{name}, {program}: {} cells within {:.3}/255; {} values, mean {:.3}/255 off, {} beyond, by at most {:.3}",
+                    cells.all.len(),
+                    cells.error * 255.0,
+                    a.compared,
+                    a.mean,
+                    a.beyond,
+                    a.excess
+                );
+                assert!(a.compared > 10_000, "{name}");
+                // MuPDF interpolates in 8 bits, cutting off at every step: half a step too dark on average, up to three where
+                // one patch fills a page, and an eighth of a pixel too low. It cannot meet the bar that Ghostscript meets.
+                let fine = match *program {
+                    "gs" => a.beyond == 0,
+                    _ => a.mean < 1.0 && a.far * 100 < a.compared,
+                };
+                if !fine {
+                    short.push(format!("{name} by {program}: {} of {}, {:.3}", a.beyond, a.compared, a.excess));
+                }
+            }
+        }
+    });
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(short.is_empty(), "{short:#?}");
+}
+
+#[test]
+fn folded_patches_are_refused_and_collapsed_ones_are_not() {
+    let mut mesh = Mesh::grid(1, 1, [0.0, 0.0, 1.0, 1.0], |_, _| DVec4::ONE).unwrap();
+    mesh.colour = Interpolation::default();
+    let nets = |mesh: &Mesh| bicubics(&table(mesh, &Target::default())).0;
+    assert_eq!(folded(&nets(&mesh)), None);
+    let mut flat = nets(&mesh);
+    // One side in one point.
+    for k in 12..16 {
+        flat[0].geometry[k] = DVec2::new(0.5, 1.0);
+    }
+    assert_eq!(folded(&flat), None);
+    let mut over = nets(&mesh);
+    over[0].geometry[5] = DVec2::new(3.0, 0.3);
+    over[0].geometry[9] = DVec2::new(3.0, 0.6);
+    let message = folded(&over).expect("a fold").to_string();
+    assert!(message.contains("patch 0 folds over near") && message.contains("; "), "{message}");
+}
+
+/// Gregory patches are converted, and the error that is stated is what the pictures differ by.
+#[test]
+fn the_error_of_converted_gregory_patches_is_stated() {
+    let scene = gradtess::scene::Scene::load(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/triangle.json")).unwrap();
+    let mesh = gradtess::mesh::build(&scene.mesh).unwrap();
+    let options = gradtess::refine::Options {
+        rules: gradtess::refine::Rules::Gradtess,
+        mode: gradtess::refine::Mode::Adaptive { isolate: 0 },
+    };
+    let levels = gradtess::refine::refine(&scene, &mesh, options).unwrap();
+    let full = gradtess::patch::build::build(&levels, gradtess::patch::points::Irregular::Gregory);
+    let (nets, conversion) = bicubics(&full);
+    assert!(
+        conversion.gregory > 0 && conversion.position > 0.0 && conversion.position < 0.1 && conversion.colour < 0.1
+    );
+    assert_eq!(nets.len(), full.faces.len());
+    with_gpu(|gpu| {
+        let pixels = draw_table(gpu, &full, [-2.0, -2.0, 2.0, 2.0], 64);
+        assert!(pixels.iter().any(|p| p.w > 0.0));
+    });
+}
