@@ -7,6 +7,7 @@
 //! SVG's y axis points down and a scene's up, so y changes its sign on the way in and out.
 
 mod gradient;
+mod outline;
 mod paint;
 mod patches;
 mod shape;

@@ -1,10 +1,10 @@
 //! Bounding boxes of the shapes that gradients fill, for `gradientUnits="objectBoundingBox"`.
 
+use super::outline::of_path;
 use super::xml::{shown, Element};
 use crate::scene::error::Fault;
 use glam::{DAffine2, DMat2, DVec2};
 use std::str::FromStr;
-use svgtypes::{SimplePathSegment, SimplifyingPathParser};
 
 /// An affine map from a `transform` attribute.
 pub(super) fn transform(text: &str, element: &Element, name: &str) -> Result<DAffine2, Fault> {
@@ -53,8 +53,7 @@ pub(super) fn is_shape(name: &str) -> bool {
     ["rect", "circle", "ellipse", "polygon", "polyline", "path", "line"].contains(&name)
 }
 
-/// Bounding box of a shape: low corner and size. Of curves the box of their control polygon is taken unless that is
-/// asked exactly: circles, ellipses and straight shapes are exact.
+/// Bounding box of a shape: low corner and size. Exact; a path counts as far as it is well formed, as SVG has it.
 pub(super) fn bounds(text: &str, shape: &Element) -> Result<Option<[DVec2; 2]>, Fault> {
     let at = |x: &str, y: &str| Ok(DVec2::new(length(text, shape, x)?, length(text, shape, y)?));
     let around = |centre: DVec2, radii: DVec2| Some([centre - radii, radii * 2.0]);
@@ -67,7 +66,7 @@ pub(super) fn bounds(text: &str, shape: &Element) -> Result<Option<[DVec2; 2]>, 
             let points = svgtypes::PointsParser::from(shape.get("points").unwrap_or(""));
             box_of(points.map(|(x, y)| DVec2::new(x, y)))
         }
-        "path" => path_bounds(text, shape)?,
+        "path" => of_path(shape.get("d").unwrap_or("")).map(|[low, high]| [low, high - low]),
         _ => None,
     })
 }
@@ -79,45 +78,4 @@ fn box_of(points: impl Iterator<Item = DVec2>) -> Option<[DVec2; 2]> {
         all = Some([low.min(p), high.max(p)]);
     }
     all.map(|[low, high]| [low, high - low])
-}
-
-fn path_bounds(text: &str, shape: &Element) -> Result<Option<[DVec2; 2]>, Fault> {
-    let mut points = Vec::new();
-    let mut from = DVec2::ZERO;
-    for segment in SimplifyingPathParser::from(shape.get("d").unwrap_or("")) {
-        let segment = segment.map_err(|_| shape.fault(text, "the path is malformed", "correct its data"))?;
-        let mut curve = |q: [DVec2; 4]| {
-            // Exact: ends, and where a derivative is zero.
-            points.extend([q[0], q[3]]);
-            for axis in 0..2 {
-                let d = [q[1][axis] - q[0][axis], q[2][axis] - q[1][axis], q[3][axis] - q[2][axis]];
-                let (a, b, c) = (d[0] - 2.0 * d[1] + d[2], 2.0 * (d[1] - d[0]), d[0]);
-                let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
-                let k = -0.5 * (b + root.copysign(b));
-                for t in [k / a, c / k] {
-                    if t > 0.0 && t < 1.0 {
-                        points.push(crate::ferguson::hermite::point(q, t));
-                    }
-                }
-            }
-            q[3]
-        };
-        from = match segment {
-            SimplePathSegment::MoveTo { x, y } => DVec2::new(x, y),
-            SimplePathSegment::LineTo { x, y } => {
-                let to = DVec2::new(x, y);
-                points.extend([from, to]);
-                to
-            }
-            SimplePathSegment::Quadratic { x1, y1, x, y } => {
-                let (c, to) = (DVec2::new(x1, y1), DVec2::new(x, y));
-                curve([from, from + (c - from) * (2.0 / 3.0), to + (c - to) * (2.0 / 3.0), to])
-            }
-            SimplePathSegment::CurveTo { x1, y1, x2, y2, x, y } => {
-                curve([from, DVec2::new(x1, y1), DVec2::new(x2, y2), DVec2::new(x, y)])
-            }
-            SimplePathSegment::ClosePath => from,
-        };
-    }
-    Ok(box_of(points.into_iter()))
 }
