@@ -190,8 +190,8 @@ fn extremes(p: [DVec2; 4]) -> Vec<DVec2> {
         p[0] * (s * s * s) + p[1] * (3.0 * s * s * t) + p[2] * (3.0 * s * t * t) + p[3] * (t * t * t)
     };
     let mut all = vec![p[0], p[3]];
-    for i in 0..2 {
-        let [a, b, c] = [p[1][i] - p[0][i], p[2][i] - p[1][i], p[3][i] - p[2][i]];
+    let steps = [p[1] - p[0], p[2] - p[1], p[3] - p[2]];
+    for [a, b, c] in [steps.map(|d| d.x), steps.map(|d| d.y)] {
         // a s^2 + 2 b s t + c t^2 = 0, in a form that does not cancel.
         let (q2, q1) = (a - 2.0 * b + c, b - a);
         let root = (q1 * q1 - q2 * a).max(0.0).sqrt();
