@@ -71,8 +71,21 @@ impl Picture {
         })
     }
 
+    /// The picture as the bytes of a PNG.
+    ///
+    /// # Errors
+    /// The encoder refuses the size.
+    pub fn png(&self) -> Result<Vec<u8>, ImageError> {
+        let mut bytes = Vec::new();
+        self.encode_to(&mut bytes, &[]).map_err(|source| ImageError::File { file: "picture".to_owned(), source })?;
+        Ok(bytes)
+    }
+
     fn encode(&self, path: &Path, text: &[(&str, &str)]) -> std::io::Result<()> {
-        let mut out = BufWriter::new(File::create(path)?);
+        self.encode_to(BufWriter::new(File::create(path)?), text)
+    }
+
+    fn encode_to(&self, mut out: impl Write, text: &[(&str, &str)]) -> std::io::Result<()> {
         let mut encoder = png::Encoder::new(&mut out, self.width, self.height);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);

@@ -25,15 +25,17 @@
 //!
 //! | room | holds |
 //! |---|---|
-//! | [`scene`] | what the user hands in; the readers and writers of both formats |
+//! | [`scene`] | what the user hands in; the readers and writers of every format, SVG included |
 //! | [`mesh`] | polygons as half-edges, and every way in which they can fail to be a manifold |
 //! | [`subdiv`] | the ternary step, Catmull-Clark, edits, limit points, and the numbering of every M^l |
 //! | [`refine`](mod@refine) | which faces are affected, and the meshes of the levels |
+//! | [`ferguson`] | locally refinable gradient meshes (BLHK18): curves and patches with T-sections, exact splits, edits |
 //! | [`patch`] | control points, transition parts, the CPU evaluator, the cast to single precision |
 //! | [`camera`] | eyes for scenes in space |
 //! | [`gpu`] | devices, pipelines, pictures, times, read-back; the only room with `unsafe` |
 //! | [`check`] | the limit by a road of its own; errors of pictures, folds, cracks |
 //! | [`timing`] | frame timings as plain data: protocol, statistics, the files of a run |
+//! | [`vector`] | patches as PDF pages |
 //! | [`image`] | PNG files and their comparison |
 //! | [`mod@edit`] | an editor's operations without a window: handles, limit editing, influence, folds, undo, journal |
 //! | [`app`] | the editor's window; the only room that knows egui |

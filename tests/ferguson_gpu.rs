@@ -36,6 +36,9 @@ fn control(table: &PatchTable, range: usize, patch: usize) -> Vec<ControlPoint> 
     table.indices[first..first + 32].iter().map(|&i| table.control[i as usize].map(|x| f64::from(x as f32))).collect()
 }
 
+/// Of a side along a curve: the patch, where on the curve it begins and ends, and its vertices as bits.
+type Stretch = (u32, f64, f64, Vec<[u32; 2]>);
+
 #[test]
 fn vertices_are_the_twin_s_and_curves_have_the_same_bits_from_both_sides() {
     with_gpu(|gpu| {
@@ -50,13 +53,11 @@ fn vertices_are_the_twin_s_and_curves_have_the_same_bits_from_both_sides() {
                 let device = gpu.upload(&table).unwrap();
                 let points = gpu.evaluate(&device, target.rule, target.scale).unwrap();
                 // Of every curve: the vertices that each patch has on it, as bits.
-                let mut along: HashMap<u32, Vec<(u32, f64, f64, Vec<[u32; 2]>)>> = HashMap::new();
-                let mut number = 0;
-                for patch in by_patch(&points) {
+                let mut along: HashMap<u32, Vec<Stretch>> = HashMap::new();
+                for (number, patch) in by_patch(&points).into_iter().enumerate() {
                     let net = control(&table, patch[0].range as usize, patch[0].patch as usize);
                     let outer = patch[0].outer.map(f64::from);
                     let face = table.faces[number].name as u32;
-                    number += 1;
                     let mut sides: [Vec<(f32, [u32; 2])>; 4] = Default::default();
                     for p in patch {
                         let [u, v, _] = p.coord;

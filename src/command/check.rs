@@ -3,9 +3,11 @@
 
 mod report;
 
+use super::ferguson::open::{refuse, Ferguson};
 use super::measure::{measure, ErrorReport, PlaceReport};
+use super::open::{Loaded, Subject};
 use super::picture::{bounds, PictureFlags};
-use super::{open, print, print_json, Failure, Global};
+use super::{ferguson, print, print_json, Failure, Global};
 use crate::check::folds::folds;
 use crate::check::{cracks, error_map};
 use crate::gpu::{Format, Frame, Gpu, Pixels};
@@ -63,17 +65,40 @@ fn random_level(unit: f64) -> u32 {
     (top.powf(unit) as u32).clamp(1, MAX_LEVEL as u32)
 }
 
+/// Least and greatest of the fixed levels of views.
+pub fn random_levels(views: &[([f64; 4], TessRule)]) -> [u32; 2] {
+    let levels = views.iter().filter_map(|v| if let TessRule::Fixed(t) = v.1 { Some(t as u32) } else { None });
+    levels.fold([MAX_LEVEL as u32, 1], |[low, high], t| [low.min(t), high.max(t)])
+}
+
+/// Progress over views, where it is wanted.
+fn bar(views: usize, global: &Global) -> ProgressBar {
+    let bar = if global.quiet || global.json { ProgressBar::hidden() } else { ProgressBar::new(views as u64) };
+    bar.set_style(
+        ProgressStyle::with_template("{bar:30} {pos}/{len} views, {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    bar
+}
+
+/// Pixels unless `--size` says otherwise.
+const SIZE: [u32; 2] = [512, 512];
+
 impl Check {
     /// Draws and looks.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
-        let loaded = open::load(&self.scene, global)?;
-        let patched = loaded.patches(&self.picture.refining)?;
-        let whole = bounds(&patched.table).unwrap_or([0.0, 0.0, 1.0, 1.0]);
-        let frame = Frame { format: Format::Rgba32f, ..self.picture.frame(&patched.table, [512, 512])? };
-        let first = frame.view;
-        let boundary = cracks::boundary(&patched.table, &loaded.mesh);
-        let gpu = Gpu::new(&global.gpu())?;
-        let mut table = gpu.upload(&PatchTable::default())?;
+        match Subject::open(&self.scene, global)? {
+            Subject::Subdivision(loaded) => self.subdivision(&loaded, global),
+            Subject::Ferguson(mesh) => {
+                refuse(&self.picture.refining)?;
+                self.sections(&mesh, global)
+            }
+            other => Err(other.refused(&self.scene)),
+        }
+    }
+
+    /// Views to look at, the first and then the random ones in `whole`, and how finely each is drawn.
+    fn views(&self, first: [f64; 4], whole: [f64; 4]) -> Vec<([f64; 4], TessRule)> {
         let mut random = Random::new(self.seed);
         let mut views = vec![first];
         let (w, h) = (first[2] - first[0], first[3] - first[1]);
@@ -85,15 +110,49 @@ impl Check {
             views.push([x - dx, y - dy, x + dx, y + dy]);
         }
         // After all views, so that the flag does not change them.
-        let levels: Vec<u32> = views.iter().filter(|_| self.random_tess).map(|_| random_level(random.unit())).collect();
-        let bar =
-            if global.quiet || global.json { ProgressBar::hidden() } else { ProgressBar::new(views.len() as u64) };
-        bar.set_style(
-            ProgressStyle::with_template("{bar:30} {pos}/{len} views, {eta} left")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
+        let mut tess = || match self.random_tess {
+            true => TessRule::Fixed(random_level(random.unit()) as f32),
+            false => self.picture.tess.rule(),
+        };
+        views.into_iter().map(|view| (view, tess())).collect()
+    }
+
+    /// Cracks of a mesh whose patches are the surface itself.
+    fn sections(&self, mesh: &Ferguson, global: &Global) -> Result<(), Failure> {
+        let measured = self.max_error.or(self.max_mean).or(self.max_shift).is_some();
+        if measured || self.output.is_some() || self.max_folds.is_some() {
+            return Err(Failure::input(
+                "patches of technique ferguson are the surface itself; leave out --output and every --max but --max-cracks",
+            ));
+        }
+        self.picture.camera.refuse()?;
+        let size = self.picture.size.unwrap_or(SIZE);
+        let views = self.views(mesh.view(self.picture.view, size)?, mesh.bounds());
+        let gpu = Gpu::new(&global.gpu())?;
+        let bar = bar(views.len(), global);
+        let report = ferguson::check::run(mesh, &gpu, &views, size, &bar)?;
+        bar.finish_and_clear();
+        if let Some(m) = gpu.messages().first() {
+            return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
+        }
+        if global.json {
+            print_json(&report)?;
+        } else if !global.quiet {
+            print(&report.text());
+        }
+        self.judge_cracks(report.crack_pixels, &report.first_cracks)
+    }
+
+    fn subdivision(&self, loaded: &Loaded, global: &Global) -> Result<(), Failure> {
+        let patched = loaded.patches(&self.picture.refining)?;
+        let frame = Frame { format: Format::Rgba32f, ..self.picture.frame(&patched.table, SIZE)? };
+        let boundary = cracks::boundary(&patched.table, &loaded.mesh);
+        let gpu = Gpu::new(&global.gpu())?;
+        let mut table = gpu.upload(&PatchTable::default())?;
+        let views = self.views(frame.view, bounds(&patched.table).unwrap_or([0.0, 0.0, 1.0, 1.0]));
+        let bar = bar(views.len(), global);
         let (width, height) = (frame.width, frame.height);
-        let error = measure(&gpu, &loaded, &patched, &frame)?;
+        let error = measure(&gpu, loaded, &patched, &frame)?;
         if let Some(path) = &self.output {
             let text = [("Software", concat!("gradtess ", env!("CARGO_PKG_VERSION")))];
             error_map::picture(&error.map, [width, height], self.gain).write_png(path, &text)?;
@@ -105,15 +164,14 @@ impl Check {
             views: views.len(),
             pixels_inside: 0,
             crack_pixels: 0,
-            random_levels: levels.iter().min().zip(levels.iter().max()).map(|(&low, &high)| [low, high]),
+            random_levels: self.random_tess.then(|| random_levels(&views)),
             boundary_edges: boundary.len(),
             outline_edges: cracks::outline(&patched.table).len(),
             first_cracks: Vec::new(),
             error: ErrorReport::new(&error, &patched.table),
             folds: FoldReport::new(&folds(&patched.table, zero), &patched.table, zero),
         };
-        for (i, view) in views.into_iter().enumerate() {
-            let tess = levels.get(i).map_or(frame.tess, |&level| TessRule::Fixed(level as f32));
+        for (view, tess) in views {
             let frame = Frame { view, tess, ..frame.clone() };
             // Closely looked at, almost all of a large scene is outside. A pixel more: single precision may move points a little.
             let (dx, dy) = ((view[2] - view[0]) / f64::from(width), (view[3] - view[1]) / f64::from(height));
@@ -154,16 +212,20 @@ impl Check {
         self.judge(&report)
     }
 
+    fn judge_cracks(&self, found: usize, first: &[[f64; 2]]) -> Result<(), Failure> {
+        match first.first().filter(|_| found > self.max_cracks) {
+            None => Ok(()),
+            Some([x, y]) => Err(Failure::short(format_args!(
+                "{}: {found} background pixels inside the surface, the first at {x},{y}; at most {} are let pass",
+                self.scene, self.max_cracks
+            ))),
+        }
+    }
+
     /// Compares what was found with what is let pass.
     fn judge(&self, report: &Report) -> Result<(), Failure> {
         let scene = &self.scene;
-        if report.crack_pixels > self.max_cracks {
-            let [x, y] = report.first_cracks[0];
-            return Err(Failure::short(format_args!(
-                "{scene}: {} background pixels inside the surface, the first at {x},{y}; at most {} are let pass",
-                report.crack_pixels, self.max_cracks
-            )));
-        }
+        self.judge_cracks(report.crack_pixels, &report.first_cracks)?;
         let error = &report.error;
         let place = |place: &Option<PlaceReport>| place.as_ref().map_or(String::new(), PlaceReport::text);
         let limits = [

@@ -1,6 +1,11 @@
-//! `gradtess convert`: between the native JSON and the authors' model format.
+//! `gradtess convert`: between scene formats, and to drawings of patches (SVG, PDF).
 
-use super::{open, print_json, Failure, Global};
+use super::ferguson::convert::{self, drawing, page};
+use super::open::{Loaded, Subject};
+use super::{print_json, Failure, Global};
+use crate::patch::build::build;
+use crate::patch::points::Irregular;
+use crate::refine::Options;
 use crate::subdiv::index_map::IndexMap;
 use clap::Args;
 use serde::Serialize;
@@ -11,7 +16,7 @@ use std::path::PathBuf;
 pub struct Convert {
     /// Scene to read
     input: String,
-    /// Scene to write: .json (everything) or .obj (the authors' format)
+    /// File to write: .json (everything), .obj (the authors' format), .svg or .pdf (patches as a drawing)
     output: PathBuf,
 }
 
@@ -27,29 +32,42 @@ struct Report {
 impl Convert {
     /// Reads, checks and writes.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
-        let mut loaded = open::load(&self.input, global)?;
-        // Edits that do not fit the mesh are an error here, not in whatever reads the result.
-        loaded.refine_check()?;
-        let map = IndexMap::new(&loaded.mesh);
-        for e in loaded.scene.geometry.iter_mut().filter(|e| e.vertex.is_none()) {
-            e.vertex = vertex_of(&map, e);
-        }
-        let losses = match self.output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
-            Some("json") => loaded.scene.save(&self.output).map(|()| Vec::new())?,
-            Some("obj") => loaded.scene.save_authors(&self.output)?,
-            _ => {
-                let what = self.output.display();
-                return Err(Failure::input(format_args!("{what}: unknown format; name the file *.json or *.obj")));
-            }
+        let (scene, losses) = match Subject::open(&self.input, global)? {
+            Subject::Subdivision(loaded) => (loaded.scene.name.clone(), self.subdivision(*loaded, global)?),
+            Subject::Ferguson(mesh) => (mesh.mesh.name.clone(), convert::run(&mesh, &self.output, global)?),
+            other => return Err(other.refused(&self.input)),
         };
         let output = self.output.display().to_string();
         for loss in &losses {
             global.warn(format_args!("{output}: {loss}"));
         }
         if global.json {
-            print_json(&Report { schema: "gradtess.convert/1", scene: loaded.scene.name, output, losses })?;
+            print_json(&Report { schema: "gradtess.convert/1", scene, output, losses })?;
         }
         Ok(())
+    }
+
+    /// Writes a subdivision gradient mesh; what is lost, one sentence each.
+    fn subdivision(&self, mut loaded: Loaded, global: &Global) -> Result<Vec<String>, Failure> {
+        // Edits that do not fit the mesh are an error here, not in whatever reads the result.
+        loaded.refine_check()?;
+        let map = IndexMap::new(&loaded.mesh);
+        for e in loaded.scene.geometry.iter_mut().filter(|e| e.vertex.is_none()) {
+            e.vertex = vertex_of(&map, e);
+        }
+        let table = |loaded: &Loaded| -> Result<_, Failure> {
+            Ok(build(&loaded.refine(Options::default())?, Irregular::Gregory))
+        };
+        match self.output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("json") => Ok(loaded.scene.save(&self.output).map(|()| Vec::new())?),
+            Some("obj") => Ok(loaded.scene.save_authors(&self.output)?),
+            Some("svg") => drawing(&table(&loaded)?, None, &self.output, global),
+            Some("pdf") => page(&table(&loaded)?, &loaded.scene.name, &self.output, global),
+            _ => {
+                let what = self.output.display();
+                Err(Failure::input(format_args!("{what}: unknown format; name the file *.json, *.obj, *.svg or *.pdf")))
+            }
+        }
     }
 }
 

@@ -124,6 +124,7 @@ pub fn kind_name(kind: Kind) -> &'static str {
     match kind {
         Kind::Bicubic => "bicubic",
         Kind::Gregory => "gregory",
+        Kind::Stitched => "stitched",
     }
 }
 

@@ -5,6 +5,7 @@ mod check;
 mod convert;
 mod devices;
 mod edit;
+mod ferguson;
 mod measure;
 mod mesh;
 mod open;
@@ -107,6 +108,17 @@ pub struct Refining {
     /// Refine around extraordinary vertices down to this level in any case (rules gradtess)
     #[arg(long, value_name = "L", default_value_t = 0)]
     isolate: u32,
+}
+
+impl Refining {
+    /// Whether no flag asks for anything but the defaults.
+    pub fn is_default(&self) -> bool {
+        self.mode == ModeFlag::Adaptive
+            && self.rules == RulesFlag::Gradtess
+            && self.patches == PatchesFlag::Gregory
+            && self.level.is_none()
+            && self.isolate == 0
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

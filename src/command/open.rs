@@ -1,5 +1,6 @@
 //! From a file name to refined levels and patches, with errors that name file and line.
 
+use super::ferguson::open::Ferguson;
 use super::surface::open::Surface;
 use super::{Failure, Global, ModeFlag, PatchesFlag, Refining, RulesFlag};
 use crate::mesh::{self, HalfEdgeMesh, MeshError};
@@ -16,6 +17,8 @@ use std::time::Instant;
 pub enum Subject {
     /// ZHHK22.
     Subdivision(Box<Loaded>),
+    /// BLHK18.
+    Ferguson(Box<Ferguson>),
     /// ZBK23.
     Surface(Box<Surface>),
 }
@@ -25,9 +28,10 @@ impl Subject {
     pub fn open(file: &str, global: &Global) -> Result<Subject, Failure> {
         let bytes = read_bounded(Path::new(file))?;
         match technique(&bytes) {
+            Technique::Ferguson => Ok(Subject::Ferguson(Box::new(Ferguson::load(file, &bytes, global)?))),
             Technique::Surface => Ok(Subject::Surface(Box::new(Surface::load(file, &bytes, global)?))),
             // Its reader refuses what is none of it.
-            Technique::Subdivision | Technique::Ferguson | Technique::Pattern => {
+            Technique::Subdivision | Technique::Pattern => {
                 Ok(Subject::Subdivision(Box::new(load_bytes(file, &bytes, global)?)))
             }
         }
@@ -37,8 +41,17 @@ impl Subject {
     pub fn technique(&self) -> Technique {
         match self {
             Subject::Subdivision(_) => Technique::Subdivision,
+            Subject::Ferguson(_) => Technique::Ferguson,
             Subject::Surface(_) => Technique::Surface,
         }
+    }
+
+    /// What a command says that does not go with this technique; `file` as the user named it.
+    pub fn refused(&self, file: &str) -> Failure {
+        let name = self.technique().name();
+        Failure::input(format_args!(
+            "{file}: this command does not go with scenes of technique {name}; give another scene"
+        ))
     }
 }
 
@@ -68,12 +81,7 @@ pub struct Patched {
 pub fn load(file: &str, global: &Global) -> Result<Loaded, Failure> {
     match Subject::open(file, global)? {
         Subject::Subdivision(loaded) => Ok(*loaded),
-        other => {
-            let name = other.technique().name();
-            Err(Failure::input(format_args!(
-                "{file}: this command does not go with scenes of technique {name}; give a subdivision scene"
-            )))
-        }
+        other => Err(other.refused(file)),
     }
 }
 

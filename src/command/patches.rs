@@ -1,6 +1,8 @@
 //! `gradtess patches`: every drawn face with its control points.
 
-use super::{open, print, print_json, Failure, Global, Refining};
+use super::ferguson::{list, open::refuse};
+use super::open::Subject;
+use super::{print, print_json, Failure, Global, Refining};
 use crate::patch::build::face_control;
 use crate::patch::transition::constellation;
 use crate::patch::Kind;
@@ -45,7 +47,14 @@ struct Patch {
 impl Patches {
     /// Lists the patches.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
-        let loaded = open::load(&self.scene, global)?;
+        let loaded = match Subject::open(&self.scene, global)? {
+            Subject::Subdivision(loaded) => loaded,
+            Subject::Ferguson(mesh) => {
+                refuse(&self.refining)?;
+                return list::patches(&mesh, global);
+            }
+            other => return Err(other.refused(&self.scene)),
+        };
         let patched = loaded.patches(&self.refining)?;
         let map = IndexMap::new(&loaded.mesh);
         let table = &patched.table;

@@ -1,11 +1,15 @@
 //! `gradtess render`: a scene to a PNG, with counts and times.
 
+use super::ferguson::open::refuse;
 use super::measure::{measure, ErrorReport};
+use super::open::{self, Subject};
 use super::picture::{background, PictureFlags};
-use super::{open, print, print_json, Failure, Global};
+use super::{ferguson, print, print_json, Failure, Global};
 use crate::check::error_map;
+use crate::check::picture_error::PictureError;
 use crate::gpu::{Frame, Gpu, GpuTimes, Show, Statistics};
 use crate::image::Picture;
+use crate::patch::PatchTable;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -75,6 +79,18 @@ struct Report {
     error: Option<ErrorReport>,
 }
 
+/// Pixels unless `--size` says otherwise.
+const SIZE: [u32; 2] = [1024, 1024];
+
+/// What a technique has made of its scene.
+struct Made<'a> {
+    name: &'a str,
+    table: &'a PatchTable,
+    frame: Frame,
+    refine_ms: f64,
+    patch_ms: f64,
+}
+
 impl Render {
     /// Draws.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
@@ -91,10 +107,48 @@ impl Render {
                 self.output.display()
             )));
         }
-        let loaded = open::load(&self.scene, global)?;
-        let patched = loaded.patches(&self.picture.refining)?;
+        match Subject::open(&self.scene, global)? {
+            Subject::Subdivision(loaded) => {
+                let patched = loaded.patches(&self.picture.refining)?;
+                let made = Made {
+                    name: &loaded.scene.name,
+                    table: &patched.table,
+                    frame: self.picture.frame(&patched.table, SIZE)?,
+                    refine_ms: patched.refine_ms,
+                    patch_ms: patched.patch_ms,
+                };
+                self.draw(&made, |gpu, frame| measure(gpu, &loaded, &patched, frame), global)
+            }
+            Subject::Ferguson(mesh) => {
+                refuse(&self.picture.refining)?;
+                let exact = || Failure::input("--show error: patches of this technique are the surface itself");
+                if matches!(self.show, ShowFlag::Error) {
+                    return Err(exact());
+                }
+                let size = self.picture.size.unwrap_or(SIZE);
+                let patches = ferguson::render::patches(&mesh, self.picture.tess.rule(), self.picture.view, size)?;
+                let made = Made {
+                    name: &mesh.mesh.name,
+                    table: &patches.table,
+                    frame: Frame { view: patches.view, ..self.picture.frame(&patches.table, SIZE)? },
+                    refine_ms: patches.fit_ms,
+                    patch_ms: patches.table_ms,
+                };
+                self.draw(&made, |_, _| Err(exact()), global)
+            }
+            other => Err(other.refused(&self.scene)),
+        }
+    }
+
+    /// Draws what a technique has made; `measure` is for `--show error`.
+    fn draw(
+        &self,
+        made: &Made,
+        measure: impl FnOnce(&Gpu, &Frame) -> Result<PictureError, Failure>,
+        global: &Global,
+    ) -> Result<(), Failure> {
         let gpu = Gpu::new(&global.gpu())?;
-        let table = gpu.upload(&patched.table)?;
+        let table = gpu.upload(made.table)?;
         let frame = Frame {
             show: match self.show {
                 ShowFlag::Surface | ShowFlag::Error => Show::Surface,
@@ -105,7 +159,7 @@ impl Render {
             background: self.background.0,
             samples: self.samples,
             statistics: global.json && gpu.device().without.is_empty(),
-            ..self.picture.frame(&patched.table, [1024, 1024])?
+            ..made.frame.clone()
         };
         let size = [frame.width, frame.height];
         let drawn = gpu.render(&table, &frame)?;
@@ -113,9 +167,9 @@ impl Render {
         let device = gpu.device().name.clone();
         let (picture, error): (Picture, _) = match self.show {
             ShowFlag::Error => {
-                let error = measure(&gpu, &loaded, &patched, &frame)?;
+                let error = measure(&gpu, &frame)?;
                 let map = error_map::picture(&error.map, size, error_map::GAIN);
-                (map, Some(ErrorReport::new(&error, &patched.table)))
+                (map, Some(ErrorReport::new(&error, made.table)))
             }
             _ => (drawn.pixels.into_picture(drawn.width, drawn.height), None),
         };
@@ -130,18 +184,18 @@ impl Render {
         let ms = |ns: u64| open::milliseconds(ns.into());
         let result = Report {
             schema: "gradtess.render/1",
-            scene: loaded.scene.name,
+            scene: made.name.to_owned(),
             output: self.output.display().to_string(),
             width: size[0],
             height: size[1],
             view: frame.view,
             device,
-            patches: patched.table.faces.len(),
-            control_points: patched.table.control.len(),
+            patches: made.table.faces.len(),
+            control_points: made.table.control.len(),
             device_bytes: table.bytes(),
-            refine_ms: patched.refine_ms,
-            patch_ms: patched.patch_ms,
-            cpu_ms: patched.refine_ms + patched.patch_ms,
+            refine_ms: made.refine_ms,
+            patch_ms: made.patch_ms,
+            cpu_ms: made.refine_ms + made.patch_ms,
             record_ms: ms(times.record_ns),
             submit_ms: ms(times.submit_ns),
             wait_ms: ms(times.wait_ns),

@@ -1,6 +1,8 @@
 //! `gradtess sample`: the drawn surface, or the limit itself, at parameters of the faces of M^0.
 
-use super::{open, print, print_json, Failure, Global, Refining};
+use super::ferguson::{list, open::refuse};
+use super::open::Subject;
+use super::{print, print_json, Failure, Global, Refining};
 use crate::check::exact::ExactFace;
 use crate::check::locate::{locate, turned, BasePoint, Drawn};
 use crate::patch::build::face_control;
@@ -52,7 +54,14 @@ struct Row {
 impl Sample {
     /// Samples every face of M^0.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
-        let loaded = open::load(&self.scene, global)?;
+        let loaded = match Subject::open(&self.scene, global)? {
+            Subject::Subdivision(loaded) => loaded,
+            Subject::Ferguson(mesh) => {
+                refuse(&self.refining)?;
+                return list::sample(&mesh, self.n, self.exact, global);
+            }
+            other => return Err(other.refused(&self.scene)),
+        };
         let patched = loaded.patches(&self.refining)?;
         let (r, table) = (&patched.refinement, &patched.table);
         if self.exact && r.rules == Rules::Authors {

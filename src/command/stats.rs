@@ -88,6 +88,10 @@ impl Stats {
                         print(&text(&report));
                     }
                 }
+                Subject::Ferguson(mesh) => {
+                    super::ferguson::open::refuse(&self.refining)?;
+                    super::ferguson::stats::run(&mesh, global)?;
+                }
                 Subject::Surface(surface) => super::surface::stats::run(&surface, global)?,
             }
         }

@@ -58,7 +58,7 @@ impl Mesh {
             let cross = joined(left, right, t, |x: DVec2| x.abs().max_element() <= EXACT * 9.0 * scale);
             let cross = cross.ok_or(no("a twist or a handle beside it was changed; restore it first"))?;
             let mut rows = [[[DVec4::ZERO; 2]; 2]; 2];
-            for r in 0..2 {
+            for r in [0, 1] {
                 let data = |patch: &super::mesh::Patch| {
                     let (x, y) =
                         (axis.jet(&patch.corners[first].colour)[r], axis.jet(&patch.corners[second].colour)[r]);

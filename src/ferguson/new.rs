@@ -3,6 +3,7 @@
 use super::mesh::{Corner, Curve, HalfEdge, Jet, Mesh, Patch, Point, Side, NONE};
 use super::FergusonError;
 use glam::{DVec2, DVec4};
+use std::collections::hash_map::Entry;
 use std::collections::HashMap;
 
 impl Mesh {
@@ -41,16 +42,16 @@ impl Mesh {
                     }
                     across.push(h);
                     (sides[i].curve, sides[i].against) = (c, true);
-                } else if edges.contains_key(&(a, b)) {
-                    let fix = "list the points of all patches the same way round, and not more than two along an edge";
-                    return Err(fault(format!("a second patch runs from point {a} to point {b}; {fix}")));
-                } else {
+                } else if let Entry::Vacant(edge) = edges.entry((a, b)) {
                     let c = mesh.curves.len() as u32;
                     let [from, to] = [a, b].map(|x| points.get(x as usize).copied().unwrap_or_default());
                     let handles = [from + (to - from) / 3.0, to - (to - from) / 3.0];
                     mesh.curves.push(Curve { ends: [a, b], handles, sides: [vec![h], Vec::new()] });
-                    edges.insert((a, b), c);
+                    edge.insert(c);
                     sides[i].curve = c;
+                } else {
+                    let fix = "list the points of all patches the same way round, and not more than two along an edge";
+                    return Err(fault(format!("a second patch runs from point {a} to point {b}; {fix}")));
                 }
                 mesh.points[a as usize].corners.push(h);
             }
@@ -86,7 +87,7 @@ impl Mesh {
         let turned = [slopes[1], slopes[0]];
         // The function runs along the curve, whichever way that is: slope at the corner's end of the side along u, v.
         let slope = |side: usize, far_end: bool| {
-            let along = !self.patch(p).sides[side].against == (side < 2);
+            let along = self.patch(p).sides[side].against != (side < 2);
             (if along { slopes } else { turned })[usize::from(far_end)]
         };
         let [a, b, c, d] = value;

@@ -5,17 +5,69 @@ use crate::check::sections::{cracks, outline};
 use crate::command::Failure;
 use crate::gpu::{Format, Frame, Gpu, Pixels, Show};
 use crate::patch::tess::TessRule;
+use indicatif::ProgressBar;
+use serde::Serialize;
 
-/// What one view showed.
-pub struct Seen {
-    /// Pixels inside the outline.
-    pub inside: usize,
-    /// Where background shows inside it, in the model.
-    pub cracks: Vec<[f64; 2]>,
+/// What was seen in all views.
+#[derive(Serialize)]
+pub struct Report {
+    schema: &'static str,
+    scene: String,
+    technique: &'static str,
+    views: usize,
+    pixels_inside: usize,
+    pub crack_pixels: usize,
+    /// Where the first cracks are: x, y in the model.
+    pub first_cracks: Vec<[f64; 2]>,
 }
 
-/// Draws one view and looks.
-pub fn look(ferguson: &Ferguson, gpu: &Gpu, tess: TessRule, view: [f64; 4], size: [u32; 2]) -> Result<Seen, Failure> {
+impl Report {
+    /// A line for people.
+    pub fn text(&self) -> String {
+        format!(
+            "{}: {} background pixels among {} inside, in {} views\n",
+            self.scene, self.crack_pixels, self.pixels_inside, self.views
+        )
+    }
+}
+
+/// Draws every view by its rule and looks for background inside the outline.
+pub fn run(
+    ferguson: &Ferguson,
+    gpu: &Gpu,
+    views: &[([f64; 4], TessRule)],
+    size: [u32; 2],
+    bar: &ProgressBar,
+) -> Result<Report, Failure> {
+    let mut report = Report {
+        schema: "gradtess.check/1",
+        scene: ferguson.mesh.name.clone(),
+        technique: "ferguson",
+        views: views.len(),
+        pixels_inside: 0,
+        crack_pixels: 0,
+        first_cracks: Vec::new(),
+    };
+    for &(view, tess) in views {
+        let seen = look(ferguson, gpu, tess, view, size)?;
+        report.pixels_inside += seen.inside;
+        report.crack_pixels += seen.cracks.len();
+        let room = 10 - report.first_cracks.len();
+        report.first_cracks.extend(seen.cracks.into_iter().take(room));
+        bar.inc(1);
+    }
+    Ok(report)
+}
+
+/// What one view showed.
+struct Seen {
+    /// Pixels inside the outline.
+    inside: usize,
+    /// Where background shows inside it, in the model.
+    cracks: Vec<[f64; 2]>,
+}
+
+fn look(ferguson: &Ferguson, gpu: &Gpu, tess: TessRule, view: [f64; 4], size: [u32; 2]) -> Result<Seen, Failure> {
     let (fitted, table, target) = ferguson.patches(rule(tess)?, view, size);
     let table = gpu.upload(&crate::patch::cull::within(&table, view))?;
     let [width, height] = size;

@@ -75,7 +75,12 @@ pub fn page(table: &PatchTable, title: &str, output: &Path, global: &Global) -> 
 }
 
 /// An SVG drawing of any table: a picture, and over it the gradients of a mesh that has the form of grids.
-pub fn drawing(table: &PatchTable, mesh: Option<&Mesh>, output: &Path, global: &Global) -> Result<Vec<String>, Failure> {
+pub fn drawing(
+    table: &PatchTable,
+    mesh: Option<&Mesh>,
+    output: &Path,
+    global: &Global,
+) -> Result<Vec<String>, Failure> {
     let whole = bounds(table).ok_or(VectorError::Empty)?;
     let (w, h) = (whole[2] - whole[0], whole[3] - whole[1]);
     let side = |a: f64, b: f64| ((f64::from(PICTURE) * (a / b).min(1.0)).ceil() as u32).clamp(1, PICTURE);
@@ -109,8 +114,9 @@ pub fn drawing(table: &PatchTable, mesh: Option<&Mesh>, output: &Path, global: &
     write_atomically(output, text.as_bytes())?;
     Ok(match grids {
         Some(_) => Vec::new(),
-        None => vec![
-            "the scene is no rectangular gradient mesh, which is all that SVG has: only its picture is written".to_owned(),
-        ],
+        None => {
+            vec!["the scene is no rectangular gradient mesh, which is all that SVG has: only its picture is written"
+                .to_owned()]
+        }
     })
 }

@@ -51,7 +51,10 @@ pub fn patches(ferguson: &Ferguson, global: &Global) -> Result<(), Failure> {
     let mut out = String::from("patch\tlevel\troot\tu0\tv0\tu1\tv1\tpoints\tsections\n");
     for p in &report.patches {
         let [u0, v0, u1, v1] = p.part;
-        out += &format!("{}\t{}\t{}\t{u0}\t{v0}\t{u1}\t{v1}\t{:?}\t{:?}\n", p.patch, p.level, p.root, p.points, p.sections);
+        out += &format!(
+            "{}\t{}\t{}\t{u0}\t{v0}\t{u1}\t{v1}\t{:?}\t{:?}\n",
+            p.patch, p.level, p.root, p.points, p.sections
+        );
     }
     print(&out);
     Ok(())

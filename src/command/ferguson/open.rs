@@ -11,8 +11,6 @@ use crate::scene;
 
 /// A gradient mesh as it was read.
 pub struct Ferguson {
-    /// As the user named it.
-    pub file: String,
     /// The mesh.
     pub mesh: Mesh,
 }
@@ -24,7 +22,7 @@ impl Ferguson {
         for note in notes {
             global.warn(format_args!("{file}: {note}"));
         }
-        Ok(Ferguson { file: file.to_owned(), mesh })
+        Ok(Ferguson { mesh })
     }
 
     /// The rectangle around the mesh.
@@ -60,17 +58,13 @@ pub fn refuse(refining: &Refining) -> Result<(), Failure> {
     if refining.is_default() {
         return Ok(());
     }
-    Err(Failure::input(
-        "--mode, --rules, --patches, --level and --isolate go with subdivision scenes; leave them out",
-    ))
+    Err(Failure::input("--mode, --rules, --patches, --level and --isolate go with subdivision scenes; leave them out"))
 }
 
 /// The tessellation rule, where it makes sense.
 pub fn rule(rule: TessRule) -> Result<TessRule, Failure> {
     match rule {
-        TessRule::Base(_) => {
-            Err(Failure::input("--tess-base goes with subdivision scenes; use --tess or --pixels"))
-        }
+        TessRule::Base(_) => Err(Failure::input("--tess-base goes with subdivision scenes; use --tess or --pixels")),
         rule => Ok(rule),
     }
 }

@@ -19,7 +19,12 @@ pub struct Patches {
 }
 
 /// Makes the patches of a picture.
-pub fn patches(ferguson: &Ferguson, tess: TessRule, view: Option<[f64; 4]>, size: [u32; 2]) -> Result<Patches, Failure> {
+pub fn patches(
+    ferguson: &Ferguson,
+    tess: TessRule,
+    view: Option<[f64; 4]>,
+    size: [u32; 2],
+) -> Result<Patches, Failure> {
     let rule = rule(tess)?;
     let view = ferguson.view(view, size)?;
     let begun = Instant::now();

@@ -33,9 +33,9 @@ pub fn run(ferguson: &Ferguson, global: &Global) -> Result<(), Failure> {
     let mesh = &ferguson.mesh;
     let table = table(mesh, &Default::default());
     let live = mesh.points.iter().filter(|p| !p.corners.is_empty());
-    let levels = mesh.live().map(|p| mesh.patch(p).level() as usize);
-    let mut by_level = vec![0; levels.clone().max().unwrap_or(0) + 1];
-    levels.for_each(|l| by_level[l] += 1);
+    let levels: Vec<usize> = mesh.live().map(|p| mesh.patch(p).level() as usize).collect();
+    let mut by_level = vec![0; levels.iter().max().unwrap_or(&0) + 1];
+    levels.iter().for_each(|&l| by_level[l] += 1);
     let report = Report {
         schema: "gradtess.stats/1",
         scene: mesh.name.clone(),
