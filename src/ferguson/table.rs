@@ -58,15 +58,19 @@ pub fn points(mesh: &Mesh, p: u32, target: &Target) -> [ControlPoint; 32] {
     out
 }
 
-/// The table of a mesh that was made to fit ([`Mesh::fit`]): one range for each level, so that levels can be shown. Names of
-/// faces are numbers of patches; bit i of `transition` says that side i has T-sections. Time linear in the patches.
+/// The table of a mesh that was made to fit ([`Mesh::fit`]): components lie over one another in the order of their first
+/// patches, whatever is split; in each there is one range for each level, so that levels can be shown. Names of faces are
+/// numbers of patches; bit i of `transition` says that side i has T-sections. Time linear in the patches.
 pub fn table(mesh: &Mesh, target: &Target) -> PatchTable {
-    let mut order: Vec<(u32, u32)> = mesh.live().map(|p| (mesh.patch(p).level(), p)).collect();
+    let component = mesh.component();
+    let mut order: Vec<(u32, u32, u32)> =
+        mesh.live().map(|p| (component[p as usize], mesh.patch(p).level(), p)).collect();
     order.sort_unstable();
     let mut pool = Pool::default();
     let mut out = PatchTable { colour: mesh.colour, ..PatchTable::default() };
-    for (level, p) in order {
-        if out.ranges.last().is_none_or(|range| range.level != level) {
+    let mut last = None;
+    for (layer, level, p) in order {
+        if last.replace((layer, level)) != Some((layer, level)) {
             let first = out.indices.len() as u32;
             out.ranges.push(DrawRange { kind: Kind::Stitched, part: None, level, first, count: 0 });
         }

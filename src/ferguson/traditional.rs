@@ -1,6 +1,6 @@
 //! The equivalent traditional gradient mesh (BLHK18 Table 1): every split runs through its whole row or column.
 
-use super::mesh::{HalfEdge, Mesh};
+use super::mesh::{HalfEdge, Mesh, NONE};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Sets with a parity: whether two members run the same way.
@@ -66,23 +66,31 @@ pub fn traditional(mesh: &Mesh) -> u64 {
 impl Mesh {
     /// Parts of the mesh that no curve connects.
     pub fn components(&self) -> usize {
-        let mut seen = BTreeSet::new();
+        self.component().into_iter().filter(|&c| c != NONE).max().map_or(0, |c| c as usize + 1)
+    }
+
+    /// Of every patch the component, counted in the order of their first patches; [`NONE`] for patches that are gone.
+    pub fn component(&self) -> Vec<u32> {
+        let mut of = vec![NONE; self.patches.len()];
         let mut count = 0;
         for start in self.live() {
-            if !seen.insert(start) {
+            if of[start as usize] != NONE {
                 continue;
             }
-            count += 1;
+            of[start as usize] = count;
             let mut waiting = vec![start];
             while let Some(p) = waiting.pop() {
                 for i in 0..4 {
-                    for list in &self.curve(self.side(HalfEdge::new(p, i)).curve).sides {
-                        waiting.extend(list.iter().map(|h| h.patch()).filter(|&q| seen.insert(q)));
+                    for h in self.curve(self.side(HalfEdge::new(p, i)).curve).sides.iter().flatten() {
+                        if std::mem::replace(&mut of[h.patch() as usize], count) == NONE {
+                            waiting.push(h.patch());
+                        }
                     }
                 }
             }
+            count += 1;
         }
-        count
+        of
     }
 }
 

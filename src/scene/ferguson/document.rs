@@ -69,13 +69,29 @@ pub(super) struct Operation {
     pub split: Option<u32>,
     pub remove_split: Option<u32>,
     #[serde(rename = "move")]
-    pub move_point: Option<u32>,
-    pub handle: Option<[u32; 2]>,
+    pub move_point: Option<PointName>,
+    pub handle: Option<HandleName>,
     pub twist: Option<[u32; 2]>,
-    pub colour: Option<u32>,
+    pub colour: Option<PointName>,
     pub sector: Option<[u32; 2]>,
     pub u: Option<f64>,
     pub v: Option<f64>,
     pub to: Option<Vec<f64>>,
     pub mode: Option<String>,
+}
+
+/// A point by its number, or as a corner of a patch: splits give points numbers that people would have to count.
+#[derive(Clone, Copy, Deserialize, Serialize)]
+#[serde(untagged)]
+pub(super) enum PointName {
+    Number(u32),
+    Corner([u32; 2]),
+}
+
+/// A handle by its curve and end, or by the patch, the side and the end of the side.
+#[derive(Clone, Copy, Deserialize, Serialize)]
+#[serde(untagged)]
+pub(super) enum HandleName {
+    Curve([u32; 2]),
+    Side([u32; 3]),
 }

@@ -1,6 +1,6 @@
 //! The `operations` of a scene, done in order.
 
-use super::document::Operation;
+use super::document::{HandleName, Operation, PointName};
 use crate::ferguson::inherit::Continuity;
 use crate::ferguson::mesh::{HalfEdge, Mesh};
 use crate::ferguson::split::Axis;
@@ -42,17 +42,17 @@ pub(super) fn apply(mesh: &mut Mesh, op: &Operation) -> Result<(), Wrong> {
         }
     } else if let Some(c) = op.remove_split {
         mesh.remove_split(c).map(drop)
-    } else if let Some(point) = op.move_point {
+    } else if let Some(name) = op.move_point {
+        let point = point(mesh, name)?;
         mesh.move_point(point, place(op)?, mode)
-    } else if let Some([c, end]) = op.handle {
-        if end > 1 {
-            return Err(wrong("a curve has the ends 0 and 1", "give [curve, 0] or [curve, 1]"));
-        }
-        mesh.move_handle(c, end as usize, place(op)?, mode)
+    } else if let Some(name) = op.handle {
+        let (c, end) = handle(mesh, name)?;
+        mesh.move_handle(c, end, place(op)?, mode)
     } else if let Some(corner) = op.twist {
         let corner = half_edge(mesh, corner)?;
         mesh.set_twist(corner, place(op)?, mode)
-    } else if let Some(point) = op.colour {
+    } else if let Some(name) = op.colour {
+        let point = point(mesh, name)?;
         mesh.set_colour(point, coordinates(mesh, op.to.as_deref().unwrap_or(&[]))?, mode)
     } else if let Some(corner) = op.sector {
         let corner = half_edge(mesh, corner)?;
@@ -65,6 +65,34 @@ pub(super) fn apply(mesh: &mut Mesh, op: &Operation) -> Result<(), Wrong> {
         let (what, fix) = text.split_once("; ").unwrap_or((&text, "correct the operation"));
         wrong(what, fix)
     })
+}
+
+fn point(mesh: &Mesh, name: PointName) -> Result<u32, Wrong> {
+    match name {
+        PointName::Number(point) => Ok(point),
+        PointName::Corner(corner) => Ok(mesh.corner(half_edge(mesh, corner)?).point),
+    }
+}
+
+/// A curve and which of its ends.
+fn handle(mesh: &Mesh, name: HandleName) -> Result<(u32, usize), Wrong> {
+    match name {
+        HandleName::Curve([c, end @ 0..=1]) => Ok((c, end as usize)),
+        HandleName::Side([p, side, end @ 0..=1]) => {
+            let h = half_edge(mesh, [p, side])?;
+            let side = mesh.side(h);
+            let end = usize::from((end == 1) != side.against);
+            // Where the side ends inside its curve there is a T-section, and no handle of its own.
+            if [side.from != 0.0, side.to != 1.0][end] {
+                return Err(wrong("the side ends in a T-section there", "give the patch across, whose side is longer"));
+            }
+            Ok((side.curve, end))
+        }
+        HandleName::Curve(_) => Err(wrong("a curve has the ends 0 and 1", "give [curve, 0] or [curve, 1]")),
+        HandleName::Side(_) => {
+            Err(wrong("a side has the ends 0 and 1", "give [patch, side, 0], where it begins, or [patch, side, 1]"))
+        }
+    }
 }
 
 fn half_edge(mesh: &Mesh, [p, corner]: [u32; 2]) -> Result<HalfEdge, Wrong> {
