@@ -40,6 +40,7 @@
 //! | [`mod@edit`] | an editor's operations without a window: handles, limit editing, influence, folds, undo, journal |
 //! | [`app`] | the editor's window; the only room that knows egui |
 //! | [`command`] | the command line |
+//! | [`surface`] | ZBK23: levels of surfaces in space, their normals and blend weights |
 //! | [`repro`] | the papers' tables and figures, made by running commands |
 //!
 //! # Conventions
@@ -116,6 +117,21 @@
 //! | App. B limit, (B.1), Fig. B.1 | [`subdiv::limit::limit`] |
 //! | App. B inverse, (B.2) | [`subdiv::limit::control_for_limit`] |
 //!
+//! # ZBK23, piece by piece
+//!
+//! | in the paper | here |
+//! |---|---|
+//! | 2.1 rules at (semi-)sharp edges, Fig. 1 | [`surface::stencil`]; fractional sharpness by DKT98 |
+//! | 2.2 subdivided normals N_S, linear averaging | [`surface::normal::refine_normals`] |
+//! | 2.3 blending, eq. (1); control weights | [`surface::shade::shade`], [`surface::weight::Initial`] |
+//! | 3.1 variants A and B, Fig. 3; 3.3 darts, Fig. 5 | [`surface::weight::Variant`], [`surface::weight::Darts`] |
+//! | 3.2 semi-sharp vertices, Fig. 4 | [`surface::weight::control_weights`] |
+//! | 3.4 regions, normals at sharp vertices, Fig. 6 | [`surface::region::Wedges`], [`surface::normal::given_normals`] |
+//! | 3.5 `fs` and `as` lines | [`scene::surface`] |
+//! | 5 normals only where they count: 832 and 2304 of Spot's 46,850 | [`surface::normal::needed`], [`surface::weight::needing`]; `gradtess stats --level 4` |
+//!
+//! Departures from the authors' tool, each with its reason, are listed in [`surface`].
+//!
 //! # Where this departs from the paper
 //!
 //! * **Two sets of rules.** [`refine::Rules::Authors`] is the authors' tool to the letter and reproduces its patches.
@@ -148,5 +164,6 @@ pub mod refine;
 pub mod repro;
 pub mod scene;
 pub mod subdiv;
+pub mod surface;
 pub mod timing;
 pub mod vector;

@@ -1,6 +1,8 @@
 //! `gradtess mesh`: the whole M^L after edits, in the numbering of the paper's Appendix A.
 
-use super::{open, print, print_json, Failure, Global};
+use super::open::Subject;
+use super::surface::flags::SurfaceFlags;
+use super::{print, print_json, surface, Failure, Global};
 use crate::refine::{Mode, Options, Rules};
 use crate::scene::write_atomically;
 use crate::subdiv::index_map::IndexMap;
@@ -20,6 +22,8 @@ pub struct Mesh {
     /// OBJ file to write: positions with the colour of one corner each, faces
     #[arg(short, long, value_name = "OUT.obj")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    surface: SurfaceFlags,
 }
 
 /// M^L. Half-edge arrays hold the interior half-edges, then (targets, next, twin, sharp) the boundary ones.
@@ -44,7 +48,15 @@ struct Report {
 impl Mesh {
     /// Builds the level and writes it.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
-        let loaded = open::load(&self.scene, global)?;
+        self.check_output()?;
+        let loaded = match Subject::open(&self.scene, global)? {
+            Subject::Subdivision(loaded) => loaded,
+            Subject::Surface(surface) => {
+                return surface::mesh::run(&surface, &self.surface, self.level, self.output.as_deref(), global)
+            }
+            other => return Err(other.refused(&self.scene)),
+        };
+        self.surface.refuse()?;
         let refinement = loaded.refine(Options { rules: Rules::Gradtess, mode: Mode::Global(self.level) })?;
         let level = refinement.levels.last().ok_or_else(|| Failure::machine("no level was made"))?;
         let map = IndexMap::new(&loaded.mesh);
@@ -117,14 +129,17 @@ impl Mesh {
         self.write(&r, global)
     }
 
+    fn check_output(&self) -> Result<(), Failure> {
+        match &self.output {
+            Some(path) if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("obj")) => {
+                Err(Failure::input(format_args!("{}: only OBJ is written; name the file *.obj", path.display())))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn write(&self, r: &Report, global: &Global) -> Result<(), Failure> {
         if let Some(path) = &self.output {
-            if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("obj")) {
-                return Err(Failure::input(format_args!(
-                    "{}: only OBJ is written; name the file *.obj",
-                    path.display()
-                )));
-            }
             write_atomically(path, obj(r).as_bytes())?;
         }
         if global.json {

@@ -1,6 +1,7 @@
 //! `gradtess stats`: patch counts as in Table 1.
 
 use super::open::{Loaded, Subject};
+use super::surface::flags::{level, SurfaceFlags};
 use super::{print, print_json, Failure, Global, Refining, RulesFlag};
 use crate::patch::transition::constellation;
 use crate::patch::{Kind, PatchTable};
@@ -17,6 +18,8 @@ pub struct Stats {
     scenes: Vec<String>,
     #[command(flatten)]
     refining: Refining,
+    #[command(flatten)]
+    surface: SurfaceFlags,
 }
 
 /// A row of Table 1.
@@ -81,6 +84,7 @@ impl Stats {
         for scene in &self.scenes {
             match Subject::open(scene, global)? {
                 Subject::Subdivision(loaded) => {
+                    self.surface.refuse()?;
                     let report = self.report(&loaded)?;
                     if global.json {
                         print_json(&report)?;
@@ -89,10 +93,14 @@ impl Stats {
                     }
                 }
                 Subject::Ferguson(mesh) => {
+                    self.surface.refuse()?;
                     super::ferguson::open::refuse(&self.refining)?;
                     super::ferguson::stats::run(&mesh, global)?;
                 }
-                Subject::Surface(surface) => super::surface::stats::run(&surface, global)?,
+                Subject::Surface(surface) => {
+                    let depth = level(&self.refining)?.unwrap_or(0);
+                    super::surface::stats::run(&surface, &self.surface, depth, global)?;
+                }
             }
         }
         Ok(())
