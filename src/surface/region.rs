@@ -20,10 +20,10 @@ impl Wedges {
         let mut wedges = Wedges { of: level.origin.clone(), first: level.spoke.clone() };
         let count = level.count_edges(cuts, &is);
         let cut = |h: u32| is(&cuts[level.edge[h as usize] as usize]);
-        for v in 0..level.vertices() {
+        for (v, &cuts_here) in count.iter().enumerate() {
             let boundary = level.twin[level.spoke[v] as usize] == NONE;
             // Boundary edges count as cuts.
-            if count[v] < if boundary { 3 } else { 2 } {
+            if cuts_here < if boundary { 3 } else { 2 } {
                 continue;
             }
             // Inside, the fan may begin in the middle of a region: turn to a cut first.

@@ -91,8 +91,7 @@ pub fn roles(level: &Level, darts: Darts) -> Vec<Role> {
 /// At the start all else is 0; on later levels this makes vertices count whose crease has decayed (Fig. 4). With a ring,
 /// vertices that were set before get what they have.
 pub fn set(level: &Level, rules: Rules, roles: &[Role], fresh: impl Fn(usize) -> bool, weight: &mut [f64]) {
-    for v in 0..level.vertices() {
-        let role = roles[v];
+    for (v, &role) in roles.iter().enumerate() {
         let skip = rules.variant == Variant::B && role.sharp;
         if role.boundary && !skip {
             // The limit on a boundary weighs its vertex by 2/3.
