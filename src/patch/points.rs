@@ -48,13 +48,23 @@ pub struct Points<'a> {
     corner: Vec<u32>,
     /// A control point that has each vertex's limit position.
     place: Vec<u32>,
-    /// Points near the origin and near the target of each half-edge, as its own face has them.
-    edge: Vec<[u32; 2]>,
+    /// The inner points of each half-edge's edge as its own face has them, see [`pair`].
+    edge: Vec<u32>,
     positions: Fan<DVec2>,
     colours: Fan<DVec4>,
     /// Vertex and tint that the fans were last gathered for.
     fan_vertex: u32,
     fan_tint: u32,
+}
+
+/// Says of an edge that its two points, which follow each other, run against its half-edge.
+const REVERSED: u32 = 1 << 31;
+
+/// Near and far point of an edge: the near one's index, less [`REVERSED`].
+#[inline]
+fn pair(edge: u32) -> [u32; 2] {
+    let near = edge & !REVERSED;
+    [near, if edge & REVERSED == 0 { near + 1 } else { near - 1 }]
 }
 
 /// Control point from its channels.
@@ -110,7 +120,7 @@ impl<'a> Points<'a> {
             style,
             corner: vec![NONE; level.value.len()],
             place: vec![NONE; level.vertices()],
-            edge: vec![[NONE; 2]; level.half_edges()],
+            edge: vec![NONE; level.half_edges()],
             positions: Fan::default(),
             colours: Fan::default(),
             fan_vertex: NONE,
@@ -236,13 +246,16 @@ impl<'a> Points<'a> {
         let origin = Level::quad(&level.origin, f);
         let twin = Level::quad(&level.twin, f);
         // A vertex without colour sectors has the tint of its own number.
-        let q = origin.map(|v| level.value[v as usize]);
+        let at = |i: usize| level.value[origin[i] as usize];
+        let q = [at(0), at(1), at(2), at(3)];
+        // At most four inner points, four edges and four corners: one look at the capacity instead of ten.
+        control_points.reserve(16);
 
         let inner = control_points.len() as u32;
         let mid = [q[0] + q[2], q[1] + q[3]];
-        control_points.extend_from_slice(
-            &[0, 1, 2, 3].map(|i: usize| control((q[i] * 4.0 + mid[(i + 1) & 1] * 2.0 + q[(i + 2) & 3]) * (1.0 / 9.0))),
-        );
+        for i in 0..4 {
+            control_points.push(control((q[i] * 4.0 + mid[(i + 1) & 1] * 2.0 + q[(i + 2) & 3]) * (1.0 / 9.0)));
+        }
         let mut ids = [0; 16];
         [ids[5], ids[6], ids[10], ids[9]] = [inner, inner + 1, inner + 2, inner + 3];
 
@@ -251,19 +264,19 @@ impl<'a> Points<'a> {
             let t = twin[i];
             let (v, ahead, across, behind) = (q[i], q[(i + 1) & 3], q[(i + 2) & 3], q[BEFORE[i]]);
             let mut edge = self.edge[h as usize];
-            if edge[0] == NONE {
-                let first = control_points.len() as u32;
-                edge = [first, first + 1];
+            if edge == NONE {
+                edge = control_points.len() as u32;
                 self.edge[h as usize] = edge;
-                let points = if t < CUT {
-                    self.edge[t as usize] = [first + 1, first];
+                if t < CUT {
+                    self.edge[t as usize] = (edge + 1) | REVERSED;
                     let beside = behind + level.at(opposite(t));
                     let beside_far = across + level.at(prev(t));
-                    [regular_edge(v, ahead, beside, beside_far), regular_edge(ahead, v, beside_far, beside)]
+                    control_points.push(control(regular_edge(v, ahead, beside, beside_far)));
+                    control_points.push(control(regular_edge(ahead, v, beside_far, beside)));
                 } else {
-                    [border_edge(v, ahead), border_edge(ahead, v)]
-                };
-                control_points.extend_from_slice(&points.map(control));
+                    control_points.push(control(border_edge(v, ahead)));
+                    control_points.push(control(border_edge(ahead, v)));
+                }
             }
             let mut corner = self.corner[origin[i] as usize];
             if corner == NONE {
@@ -280,7 +293,8 @@ impl<'a> Points<'a> {
                     self.place[origin[i] as usize] = corner;
                 }
             }
-            [ids[CORNER[i]], ids[NEAR[i]], ids[FAR[i]]] = [corner, edge[0], edge[1]];
+            ids[CORNER[i]] = corner;
+            [ids[NEAR[i]], ids[FAR[i]]] = pair(edge);
         }
         ids
     }
@@ -308,8 +322,8 @@ impl<'a> Points<'a> {
     /// The two inner points of the edge of `h`: near its origin, near its target, in the colours of its face.
     pub fn edge(&mut self, h: u32, control_points: &mut Vec<ControlPoint>) -> [u32; 2] {
         let level = self.level;
-        if self.edge[h as usize][0] != NONE {
-            return self.edge[h as usize];
+        if self.edge[h as usize] != NONE {
+            return pair(self.edge[h as usize]);
         }
         let next = level.next(h);
         let twin = level.across(h);
@@ -331,7 +345,7 @@ impl<'a> Points<'a> {
             Some(ends) if (self.bits(h) | self.bits(next)) & !BOUNDARY == 0 => ends.map(|e| e.regular()),
             Some(ends) => {
                 let border = level.colour_border(h);
-                let known = twin.map(|t| self.edge[t as usize]).filter(|e| e[0] != NONE);
+                let known = twin.map(|t| self.edge[t as usize]).filter(|&e| e != NONE).map(pair);
                 let mut points = ends.map(|e| Value {
                     p: if known.is_some() { DVec2::ZERO } else { self.edge_position(&e, h) },
                     c: if border { border_edge(e.v.c, e.w.c) } else { self.edge_colour(&e, h) },
@@ -356,10 +370,10 @@ impl<'a> Points<'a> {
         };
         let first = control_points.len() as u32;
         control_points.extend(points.map(control));
-        self.edge[h as usize] = [first, first + 1];
+        self.edge[h as usize] = first;
         if let Some(t) = twin {
             if !level.colour_border(h) {
-                self.edge[t as usize] = [first + 1, first];
+                self.edge[t as usize] = (first + 1) | REVERSED;
             }
         }
         [first, first + 1]

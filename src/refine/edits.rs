@@ -151,7 +151,8 @@ pub fn resolve(scene: &Scene, map: &IndexMap) -> Result<Edits, EditError> {
         }
     }
     edits.moves.sort_by_key(|m| m.level);
-    edits.paints.sort_by_key(|p| (p.vertex, p.level));
+    // One number to compare: slots of level 12 take 58 bits, levels four.
+    edits.paints.sort_by_key(|p| u128::from(p.vertex.0) << 96 | u128::from(p.vertex.1) << 8 | u128::from(p.level));
     Ok(edits)
 }
 

@@ -292,7 +292,7 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
             let middle = (level.corner_colour(h) + level.corner_colour(level.next(h))) * 0.5;
             next.bits[to as usize] |= SECTORS;
             if level.twin[h as usize] < h {
-                side[h as usize] = next.new_tint(middle);
+                side[h as usize] = next.new_tint(to, middle);
             } else {
                 next.value[to as usize].c = middle;
             }
@@ -321,7 +321,7 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
             curve(c, a + level.corner_colour(level.prev(last)))
         };
         let tint = if taken[v] {
-            next.new_tint(colour)
+            next.new_tint(to, colour)
         } else {
             taken[v] = true;
             next.value[to as usize].c = colour;
@@ -355,34 +355,14 @@ fn connect(
     if sharp {
         next.sharp.reserve_exact(4 * children);
     }
-    // Slot `s` of the child that grew from `t`, if there is one.
-    let child = |t: u32, s: u32| match level.child[t as usize] {
-        NONE => CUT,
-        c => 4 * c + s,
-    };
-    // One child: of half-edge `h` with neighbours `n` and `p` in its face.
-    let grow = |next: &mut Level, f: u32, h: u32, n: u32, p: u32, slot: u64, centre: u32| {
-        let (hi, pi) = (h as usize, p as usize);
-        next.face.push(slot);
-        next.inside.push(wanted[f as usize]);
-        let v = points.vertex[level.origin[hi] as usize];
-        let at = [v, points.edge[hi], centre, points.edge[pi]];
-        next.origin.extend_from_slice(&at);
-        if sharp {
-            let c = sectors.corner[hi];
-            let own = if c == NONE { v } else { c };
-            next.tint.extend_from_slice(&[own, sectors.side[hi], centre, sectors.side[pi]]);
-            next.sharp.extend_from_slice(&[level.sharp[hi], false, false, level.sharp[pi]]);
-        } else {
-            next.tint.extend_from_slice(&at);
-        }
-        let (t, tp) = (level.twin[hi], level.twin[pi]);
-        next.twin.extend_from_slice(&[
-            if t < CUT { child(level.next(t), 3) } else { t },
-            child(n, 2),
-            child(p, 1),
-            if tp < CUT { child(tp, 0) } else { tp },
-        ]);
+    // Slot `s` of child face `c`, if there is one.
+    let slot_of = |c: u32, s: u32| if c == NONE { CUT } else { 4 * c + s };
+    // Across an edge whose twin is `t`: the child at the start of the edge, which is the end of `t`; that at its end.
+    let across_start = |t: u32| if t < CUT { slot_of(level.child[level.next(t) as usize], 3) } else { t };
+    let across_end = |t: u32| if t < CUT { slot_of(level.child[t as usize], 0) } else { t };
+    let tints = |h: usize, p: usize, at: [u32; 4]| {
+        let corner = sectors.corner[h];
+        [if corner == NONE { at[0] } else { corner }, sectors.side[h], at[2], sectors.side[p]]
     };
     for f in 0..level.quads {
         let centre = points.face[f as usize];
@@ -392,16 +372,51 @@ fn connect(
         let first = 4 * f;
         // Slots and local half-edges are the same numbers at level 0.
         let slot = if level.level == 0 { u64::from(first) } else { 4 * level.face[f as usize] };
-        for (i, c) in Level::quad(&level.child, f).into_iter().enumerate() {
-            let i = i as u32;
-            if c != NONE {
-                grow(next, f, first + i, first + ((i + 1) & 3), first + ((i + 3) & 3), slot + u64::from(i), centre);
+        let child = Level::quad(&level.child, f);
+        let edge = Level::quad(&points.edge, f);
+        let origin = Level::quad(&level.origin, f);
+        let twin = Level::quad(&level.twin, f);
+        for i in 0..4 {
+            if child[i] == NONE {
+                continue;
+            }
+            let (n, p) = ((i + 1) & 3, (i + 3) & 3);
+            let at = [points.vertex[origin[i] as usize], edge[i], centre, edge[p]];
+            let twins = [across_start(twin[i]), slot_of(child[n], 2), slot_of(child[p], 1), across_end(twin[p])];
+            let (h, p) = (first as usize + i, first as usize + p);
+            let tint = if sharp { tints(h, p, at) } else { at };
+            add_child(next, slot + i as u64, wanted[f as usize], at, tint, twins);
+            if sharp {
+                next.sharp.extend_from_slice(&[level.sharp[h], false, false, level.sharp[p]]);
             }
         }
     }
     for f in level.quads..level.faces() as u32 {
         for h in level.of_face(f).filter(|&h| level.child[h as usize] != NONE) {
-            grow(next, f, h, level.next(h), level.prev(h), u64::from(h), points.face[f as usize]);
+            let (n, p) = (level.next(h) as usize, level.prev(h) as usize);
+            let (vertex, edge) = (level.origin[h as usize] as usize, points.edge[h as usize]);
+            let at = [points.vertex[vertex], edge, points.face[f as usize], points.edge[p]];
+            let twins = [
+                across_start(level.twin[h as usize]),
+                slot_of(level.child[n], 2),
+                slot_of(level.child[p], 1),
+                across_end(level.twin[p]),
+            ];
+            let tint = if sharp { tints(h as usize, p, at) } else { at };
+            add_child(next, u64::from(h), wanted[f as usize], at, tint, twins);
+            if sharp {
+                next.sharp.extend_from_slice(&[level.sharp[h as usize], false, false, level.sharp[p]]);
+            }
         }
     }
+}
+
+// A call for each child would cost as much as its body.
+#[inline(always)]
+fn add_child(next: &mut Level, slot: u64, inside: bool, at: [u32; 4], tint: [u32; 4], twins: [u32; 4]) {
+    next.face.push(slot);
+    next.inside.push(inside);
+    next.origin.extend_from_slice(&at);
+    next.tint.extend_from_slice(&tint);
+    next.twin.extend_from_slice(&twins);
 }

@@ -35,22 +35,24 @@ pub struct LocalMove {
 /// Adds all geometry edits of a level.
 pub fn move_vertices(level: &mut Level, moves: &[LocalMove]) {
     let steps: Vec<(u32, DVec2)> = moves.iter().map(|m| displacement(level, m)).collect();
-    for (v, step) in steps {
-        level.value[v as usize].p += step;
+    for (spoke, step) in steps {
+        level.shift(spoke, step);
     }
 }
 
+/// A half-edge that leaves the moved vertex, and the step.
 fn displacement(level: &Level, m: &LocalMove) -> (u32, DVec2) {
     let h = m.half_edge;
     let at = |v: u32| level.value[v as usize].p;
-    let (v, end1, end2) = match m.anchor {
-        Anchor::Sector => (level.origin[h as usize], level.target(h), level.origin[level.prev(h) as usize]),
+    let (spoke, end1, end2) = match m.anchor {
+        Anchor::Sector => (h, level.target(h), level.origin[level.prev(h) as usize]),
         Anchor::SectorBeyond | Anchor::Boundary => {
             let spoke = level.next(h);
             let first = level.fan_start(spoke, |_| false);
-            (level.origin[spoke as usize], level.origin[h as usize], level.target(first))
+            (spoke, level.origin[h as usize], level.target(first))
         }
     };
+    let v = level.origin[spoke as usize];
     let (e1, e2) = (at(end1) - at(v), at(end2) - at(v));
     let step = match m.anchor {
         Anchor::Boundary => {
@@ -64,7 +66,7 @@ fn displacement(level: &Level, m: &LocalMove) -> (u32, DVec2) {
         }
         _ => e1 * m.a + e2 * m.b,
     };
-    (v, step)
+    (spoke, step)
 }
 
 /// The inverse of a sector edit: the `(a, b)` that moves the origin of `h` by `step`; `None` if the frame is flat.
@@ -80,7 +82,7 @@ pub fn sector_coordinates(level: &Level, h: u32, step: DVec2) -> Option<(f64, f6
 /// Writes, spreads and sharpens all colour edits of a level: `(half-edge of the sector, colour)`, each sector once.
 pub fn paint(level: &mut Level, edits: &[(u32, DVec4)]) {
     for &(h, colour) in edits {
-        level.tint[h as usize] = level.new_tint(colour);
+        level.tint[h as usize] = level.new_tint(level.origin[h as usize], colour);
     }
     // One spoke for each edited vertex, whichever of its sectors were edited.
     let mut spokes: Vec<(u32, u32)> = edits.iter().map(|&(h, _)| (level.origin[h as usize], h)).collect();
@@ -111,10 +113,13 @@ pub fn paint(level: &mut Level, edits: &[(u32, DVec4)]) {
         }
     }
     // Neighbouring sectors and spokes name the same vertices.
-    settle.sort_unstable_by_key(|&h| level.origin[h as usize]);
-    settle.dedup_by_key(|h| level.origin[*h as usize]);
-    for h in settle {
-        level.settle_colours(h);
+    let mut named: Vec<u64> =
+        settle.iter().map(|&h| u64::from(level.origin[h as usize]) << 32 | u64::from(h)).collect();
+    named.sort_unstable();
+    named.dedup_by_key(|n| *n >> 32);
+    let mut spokes = Vec::new();
+    for n in named {
+        level.settle_colours(n as u32, &mut spokes);
     }
 }
 
@@ -122,7 +127,7 @@ pub fn paint(level: &mut Level, edits: &[(u32, DVec4)]) {
 /// spokes, and to all corners of `c`.
 fn spread(level: &mut Level, h: u32, settle: &mut Vec<u32>) {
     let colour = level.corner_colour(h);
-    let tint = level.new_tint(colour);
+    let tint = level.new_tint(level.origin[h as usize], colour);
     let a = level.next(h);
     let c = level.next(a);
     let d = level.prev(h);
@@ -173,7 +178,8 @@ pub fn tag_sharp(level: &mut Level, h: u32) {
     }
     let mut settle = Vec::new();
     sharpen(level, 8 * h, &mut settle);
+    let mut spokes = Vec::new();
     for h in settle {
-        level.settle_colours(h);
+        level.settle_colours(h, &mut spokes);
     }
 }

@@ -115,16 +115,30 @@ impl<'a> IndexMap<'a> {
 
     /// Opposite slot; `None` on the boundary.
     pub fn twin(&self, level: u32, d: Slot) -> Option<Slot> {
-        if level == 0 {
-            return self.twin0(d);
+        // Up to the first ancestor whose twin is known: slots 0 and 3 lie along an edge of the face above, slots 1 and 2
+        // inside it. Then down again on the other side, where each step runs the other way.
+        let (mut l, mut h, mut path) = (level, d, 0u32);
+        let mut t = loop {
+            if l == 0 {
+                break self.twin0(h)?;
+            }
+            let parent = h >> 2;
+            match h & 3 {
+                1 => break 4 * self.next(l - 1, parent) + 2,
+                2 => break 4 * self.prev(l - 1, parent) + 1,
+                digit => {
+                    h = if digit == 0 { parent } else { self.prev(l - 1, parent) };
+                    path = path << 1 | u32::from(digit == 0);
+                }
+            }
+            l -= 1;
+        };
+        while l < level {
+            t = if path & 1 == 1 { 4 * self.next(l, t) + 3 } else { 4 * t };
+            path >>= 1;
+            l += 1;
         }
-        let h = d >> 2;
-        match d & 3 {
-            0 => self.twin(level - 1, h).map(|t| 4 * self.next(level - 1, t) + 3),
-            1 => Some(4 * self.next(level - 1, h) + 2),
-            2 => Some(4 * self.prev(level - 1, h) + 1),
-            _ => self.twin(level - 1, self.prev(level - 1, h)).map(|t| 4 * t),
-        }
+        Some(t)
     }
 
     fn twin0(&self, d: Slot) -> Option<Slot> {

@@ -9,7 +9,6 @@
 //! `h` in its face. The corners of one vertex share one tint within each colour sector, and a vertex
 //! without sharp edges has the tint of its own number.
 
-use crate::mesh::NONE;
 use glam::{DVec2, DVec4};
 
 /// Twin of a half-edge whose neighbour was not refined: the mesh goes on, but not here.
@@ -79,17 +78,18 @@ pub struct Level {
     pub polygon_face: Vec<u32>,
     /// Vertex that each half-edge leaves.
     pub origin: Vec<u32>,
-    /// Opposite half-edge, [`NONE`] on the boundary, or [`CUT`].
+    /// Opposite half-edge, [`NONE`](crate::mesh::NONE) on the boundary, or [`CUT`].
     pub twin: Vec<u32>,
     /// Colour of the corner at each half-edge's origin, an index into `colour`.
     pub tint: Vec<u32>,
     /// Each half-edge: whether its edge is sharp for colour (both sides are set). Empty while no edge is.
     pub sharp: Vec<bool>,
-    /// Positions and colours of the vertices, then colours of further tints (their positions are unused).
+    /// Positions and colours of the vertices, then of further tints, which repeat the position of their vertex: a corner's
+    /// tint alone gives both.
     pub value: Vec<Value>,
     /// [`vertex_bits`] of each vertex.
     pub bits: Vec<u8>,
-    /// After refinement: the child face of each half-edge in the next level, [`NONE`] where there is none.
+    /// After refinement: the child face of each half-edge in the next level, [`NONE`](crate::mesh::NONE) where there is none.
     pub child: Vec<u32>,
 }
 
@@ -189,15 +189,9 @@ impl Level {
     /// Values at the corners of quad `f`.
     #[inline]
     pub fn quad_values(&self, f: u32) -> [Value; 4] {
-        let (origin, tint) = (Level::quad(&self.origin, f), Level::quad(&self.tint, f));
-        std::array::from_fn(|i| {
-            let value = self.value[origin[i] as usize];
-            if origin[i] == tint[i] {
-                value
-            } else {
-                Value { p: value.p, c: self.value[tint[i] as usize].c }
-            }
-        })
+        let tint = Level::quad(&self.tint, f);
+        let at = |i: usize| self.value[tint[i] as usize];
+        [at(0), at(1), at(2), at(3)]
     }
 
     /// Number of vertices.
@@ -221,13 +215,25 @@ impl Level {
     /// Position and corner colour at the origin of `h`.
     #[inline]
     pub fn at(&self, h: u32) -> Value {
-        Value { p: self.position(h), c: self.corner_colour(h) }
+        self.value[self.tint[h as usize] as usize]
     }
 
-    /// A new tint of this colour.
-    pub fn new_tint(&mut self, c: DVec4) -> u32 {
-        self.value.push(Value { p: DVec2::ZERO, c });
+    /// A new tint of the vertex `v`.
+    pub fn new_tint(&mut self, v: u32, c: DVec4) -> u32 {
+        self.value.push(Value { p: self.value[v as usize].p, c });
         self.value.len() as u32 - 1
+    }
+
+    /// Moves the vertex that `h` leaves by `step`, with all of its tints.
+    pub fn shift(&mut self, h: u32, step: DVec2) {
+        let v = self.origin[h as usize] as usize;
+        let p = self.value[v].p + step;
+        self.value[v].p = p;
+        if self.bits[v] & vertex_bits::SECTORS != 0 {
+            let mut tints = Vec::new();
+            self.around(h, |s| tints.push(self.tint[s as usize]));
+            tints.iter().for_each(|&t| self.value[t as usize].p = p);
+        }
     }
 
     /// Whether colour takes the boundary rules along the edge of `h`.
@@ -292,12 +298,16 @@ impl Level {
     }
 
     /// After colours or sharp edges around the origin of `h` changed: sets the vertex's colour bits and gives
-    /// each of its sectors one tint.
-    pub fn settle_colours(&mut self, h: u32) {
+    /// each of its sectors one tint. `spokes` is scratch.
+    pub fn settle_colours(&mut self, h: u32, spokes: &mut Vec<u32>) {
         use vertex_bits::{BOUNDARY, DART, SECTORS};
         let v = self.origin[h as usize] as usize;
-        let mut sharp = 0;
-        self.around(h, |s| sharp += u32::from(!self.sharp.is_empty() && self.sharp[s as usize]));
+        spokes.clear();
+        self.around(h, |s| spokes.push(s));
+        let sharp = match self.sharp.is_empty() {
+            true => 0,
+            false => spokes.iter().filter(|&&s| self.sharp[s as usize]).count(),
+        };
         // The last spoke of an open fan leaves no half-edge from here, but then it is on the boundary, not sharp.
         let boundary = self.bits[v] & BOUNDARY != 0;
         self.bits[v] &= !(DART | SECTORS);
@@ -305,21 +315,7 @@ impl Level {
             (0, _) | (1, false) => {
                 self.bits[v] |= if sharp == 1 { DART } else { 0 };
                 self.value[v].c = self.corner_colour(h);
-                let mut spokes = [NONE; 16];
-                let mut n = 0;
-                self.around(h, |s| {
-                    if n < spokes.len() {
-                        spokes[n] = s;
-                    }
-                    n += 1;
-                });
-                if n <= spokes.len() {
-                    spokes[..n].iter().for_each(|&s| self.tint[s as usize] = v as u32);
-                } else {
-                    let mut many = Vec::with_capacity(n);
-                    self.around(h, |s| many.push(s));
-                    many.iter().for_each(|&s| self.tint[s as usize] = v as u32);
-                }
+                spokes.iter().for_each(|&s| self.tint[s as usize] = v as u32);
             }
             _ => {
                 self.bits[v] |= SECTORS;
@@ -329,12 +325,13 @@ impl Level {
     }
 
     fn part_into_sectors(&mut self, h: u32) {
+        let v = self.origin[h as usize];
         let start = self.fan_start(h, |s| self.colour_border(s));
         let mut spoke = start;
         let mut tint = self.tint[start as usize];
         loop {
             if self.colour_border(spoke) {
-                tint = self.new_tint(self.corner_colour(spoke));
+                tint = self.new_tint(v, self.corner_colour(spoke));
             }
             self.tint[spoke as usize] = tint;
             match self.spoke_after(spoke) {
