@@ -5,6 +5,10 @@ mod random_scene;
 
 use gradtess::check::exact::{into_child, quarter, ExactFace};
 use gradtess::mesh::HalfEdgeMesh;
+use gradtess::patch::build::{build, rebuild};
+use gradtess::patch::pack::{pack, repack, PackedTable};
+use gradtess::patch::points::Irregular;
+use gradtess::patch::PatchTable;
 use gradtess::refine::forest::first_slot;
 use gradtess::refine::{fate, refine, Mode, Options, Refinement, Rules};
 use gradtess::scene::{CornerRule, Scene};
@@ -13,6 +17,7 @@ use gradtess::subdiv::index_map::IndexMap;
 use gradtess::subdiv::level::{Level, CUT};
 use gradtess::subdiv::limit;
 use random_scene::for_random_scenes;
+use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 
 fn refined(scene: &Scene, mesh: &HalfEdgeMesh, rules: Rules, mode: Mode) -> Refinement {
@@ -257,7 +262,7 @@ fn names_are_bijections_on_random_meshes() {
 
 #[test]
 fn the_recipes_reach_every_sort_of_scene() {
-    let (seen, count) = (std::cell::RefCell::new([0u32; 9]), std::cell::Cell::new(0));
+    let (seen, count) = (RefCell::new([0u32; 9]), std::cell::Cell::new(0));
     for_random_scenes(150, |scene, mesh| {
         use gradtess::subdiv::level::vertex_bits::{DART, SECTORS};
         count.set(count.get() + 1);
@@ -281,4 +286,19 @@ fn the_recipes_reach_every_sort_of_scene() {
     });
     println!("of {}: {:?}", count.get(), seen.borrow());
     assert!(seen.borrow().iter().all(|&n| n * 20 > count.get()), "{:?}", seen.borrow());
+}
+
+#[test]
+fn a_table_in_old_memory_is_the_table_in_new_memory() {
+    let old = RefCell::new((PatchTable::default(), PackedTable::default()));
+    for_random_scenes(40, |scene, mesh| {
+        let r = refined(scene, mesh, Rules::Gradtess, ADAPTIVE);
+        let fresh = build(&r, Irregular::Gregory);
+        let (table, packed) = &mut *old.borrow_mut();
+        *table = rebuild(&r, Irregular::Gregory, std::mem::take(table));
+        repack(table, packed);
+        assert_eq!(fresh.control, table.control);
+        assert_eq!((&fresh.indices, &fresh.ranges, &fresh.faces), (&table.indices, &table.ranges, &table.faces));
+        assert_eq!(pack(&fresh), *packed);
+    });
 }

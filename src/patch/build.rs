@@ -9,8 +9,14 @@ use crate::subdiv::level::Level;
 
 /// Builds the patches of all drawn faces.
 pub fn build(refinement: &Refinement, irregular: Irregular) -> PatchTable {
+    rebuild(refinement, irregular, PatchTable::default())
+}
+
+/// The same in the memory of a table that is not needed any more. Fresh memory costs more than all arithmetic once a table
+/// outgrows what the allocator keeps (32 MiB, about 60,000 patches), because the system clears every page of it.
+pub fn rebuild(refinement: &Refinement, irregular: Irregular, old: PatchTable) -> PatchTable {
     let style = Style { corners: refinement.corners, rules: refinement.rules, irregular };
-    let mut out = Builder::new(refinement, style);
+    let mut out = Builder::new(refinement, style, old);
     let mut above: Option<Points> = None;
     let mut waiting = Vec::new();
     for (level, fates) in refinement.levels.iter().zip(&refinement.fates) {
@@ -62,15 +68,18 @@ fn bucket(kind: Kind, part: Option<usize>) -> usize {
 }
 
 impl Builder {
-    fn new(refinement: &Refinement, style: Style) -> Self {
+    fn new(refinement: &Refinement, style: Style, old: PatchTable) -> Self {
         let drawn: usize = refinement.fates.iter().flatten().filter(|&f| f & fate::DRAWN != 0).count();
+        let mut table = PatchTable { colour: Default::default(), ..old };
+        table.control.clear();
+        table.indices.clear();
+        table.ranges.clear();
+        table.faces.clear();
+        table.control.reserve(12 * drawn);
+        table.faces.reserve(drawn);
         let mut buckets = vec![Vec::new(); BUCKETS];
+        buckets[0] = std::mem::take(&mut table.indices);
         buckets[0].reserve(16 * drawn);
-        let table = PatchTable {
-            control: Vec::with_capacity(12 * drawn),
-            faces: Vec::with_capacity(drawn),
-            ..PatchTable::default()
-        };
         Builder { style, table, buckets, starts: vec![Vec::new(); BUCKETS], face_bucket: Vec::with_capacity(drawn) }
     }
 

@@ -13,10 +13,16 @@ pub struct PackedTable {
 
 /// Rounds every channel to the nearest f32. Negative zero becomes zero, so that equal numbers are equal bits.
 pub fn pack(table: &PatchTable) -> PackedTable {
-    PackedTable {
-        control: table.control.iter().map(|point| point.map(|x| x as f32 + 0.0)).collect(),
-        indices: table.indices.clone(),
-    }
+    let mut packed = PackedTable::default();
+    repack(table, &mut packed);
+    packed
+}
+
+/// The same in memory that was used before, for the reason of [`super::build::rebuild`].
+pub fn repack(table: &PatchTable, packed: &mut PackedTable) {
+    packed.control.clear();
+    packed.control.extend(table.control.iter().map(|point| point.map(|x| x as f32 + 0.0)));
+    packed.indices.clone_from(&table.indices);
 }
 
 #[cfg(test)]

@@ -5,9 +5,10 @@
 
 use glam::{DVec2, DVec4};
 use gradtess::mesh;
-use gradtess::patch::build::build;
-use gradtess::patch::pack::pack;
+use gradtess::patch::build::rebuild;
+use gradtess::patch::pack::{repack, PackedTable};
 use gradtess::patch::points::Irregular;
+use gradtess::patch::PatchTable;
 use gradtess::refine::{refine, Mode, Options, Rules};
 use gradtess::scene::{ColourEdit, InputMesh, Scene};
 use std::path::Path;
@@ -18,15 +19,17 @@ fn measure(scene: &Scene, rules: Rules, runs: usize) -> ([f64; 4], usize) {
     let options = Options { rules, mode: Mode::Adaptive { isolate: 0 } };
     let mut times: [Vec<f64>; 4] = Default::default();
     let mut patches = 0;
+    // As after each edit in an editor: the tables of the run before are memory for the next.
+    let (mut table, mut packed) = (PatchTable::default(), PackedTable::default());
     for _ in 0..runs {
         let start = Instant::now();
         let mesh = mesh::build(&scene.mesh).expect("a manifold");
         let t1 = Instant::now();
         let refined = refine(scene, &mesh, options).expect("edits that fit");
         let t2 = Instant::now();
-        let table = build(&refined, Irregular::Gregory);
+        table = rebuild(&refined, Irregular::Gregory, table);
         let t3 = Instant::now();
-        let packed = pack(&table);
+        repack(&table, &mut packed);
         let t4 = Instant::now();
         patches = table.faces.len();
         assert!(packed.control.len() >= patches && packed.indices.len() >= 16 * patches);

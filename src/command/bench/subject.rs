@@ -4,7 +4,7 @@ use super::config::{Config, EditsFlag};
 use crate::command::open::{self, Loaded};
 use crate::command::{Failure, Global, PatchesFlag};
 use crate::gpu::{Calibration, Canvas, DeviceTable, Frame, Gpu, GpuSpan};
-use crate::patch::build::build;
+use crate::patch::build::{build, rebuild};
 use crate::patch::points::Irregular;
 use crate::patch::tess::TessRule;
 use crate::patch::{Kind, PatchTable};
@@ -158,6 +158,8 @@ pub struct Subject {
     replayed: Option<u32>,
     latest: Counts,
     table: DeviceTable,
+    /// The last frame's table: memory for the next one.
+    spare: PatchTable,
     canvas: Option<Canvas>,
 }
 
@@ -217,6 +219,7 @@ impl Subject {
             replayed: None,
             latest: counts,
             table,
+            spare: PatchTable::default(),
         })
     }
 
@@ -239,7 +242,7 @@ impl Subject {
             fields.cpu_edit_ms = lap();
             let refinement = self.loaded.refine(self.options)?;
             fields.cpu_refine_ms = lap();
-            let table = build(&refinement, self.irregular);
+            let table = rebuild(&refinement, self.irregular, std::mem::take(&mut self.spare));
             fields.cpu_patch_ms = lap();
             gpu.update(&mut self.table, &table)?;
             fields.cpu_upload_ms = lap();
@@ -286,7 +289,10 @@ impl Subject {
             self.latest = Counts::of(refinement, table);
         }
         let counted = counting.elapsed();
-        drop(made);
+        if let Some((refinement, table)) = made {
+            drop(refinement);
+            self.spare = table;
+        }
         let mut taken = begun.elapsed().saturating_sub(counted);
         let slowdown = self.config.slowdown();
         if slowdown > 0.0 {
