@@ -329,3 +329,43 @@ fn wrong_requests_say_what_to_do() {
     }
     assert!(!out.exists(), "nothing is written for a wrong request");
 }
+
+/// Edits of a locally refinable mesh change a few patches; the traditional mesh that draws the same has more. Triangles by
+/// formula are those that the device counts.
+#[test]
+fn gradient_meshes_are_measured_against_their_traditional_form() {
+    for edits in ["geometry", "colour", "rebuild"] {
+        let out = folder("ferguson");
+        let scene = "scenes/ferguson/local_refinement.json";
+        let arguments =
+            [scene, "-o", out.to_str().unwrap(), "--short", "--mode", "both", "--edits", edits, "--tess", "6"];
+        json(&arguments);
+        let (run, rows) = checked(&out);
+        let of = |i: usize, pointer: &str| run["runs"][i].pointer(pointer).unwrap().clone();
+        assert_eq!(
+            (of(0, "/scene/technique"), of(0, "/settings/spacing")),
+            ("ferguson".into(), "fractional_even".into())
+        );
+        assert_eq!((of(0, "/scene/counts/total"), of(0, "/scene/counts/global")), (25.into(), 81.into()));
+        assert_eq!(of(1, "/scene/counts/total"), 81);
+        for row in &rows {
+            let adaptive = row["run_id"] == of(0, "/run_id").as_str().unwrap();
+            let changed = number(row, "faces_affected");
+            match edits {
+                "rebuild" => assert_eq!(changed, if adaptive { 25.0 } else { 81.0 }),
+                _ => assert!((1.0..=24.0).contains(&changed), "{changed}"),
+            }
+            if row["phase"] == "stats" {
+                assert_eq!(number(row, "tcs_patches"), if adaptive { 25.0 } else { 81.0 });
+                let triangles = of(usize::from(!adaptive), "/settings/triangles").as_f64().unwrap();
+                assert_eq!(number(row, "clip_invocations"), triangles);
+            }
+        }
+        std::fs::remove_dir_all(&out).unwrap();
+    }
+    let out = folder("ferguson-refused");
+    for flags in [&["--match-triangles"][..], &["--rules", "authors"], &["--tess-base", "4"]] {
+        let arguments = [&["scenes/ferguson/sections.json", "-o", out.to_str().unwrap(), "--short"], flags].concat();
+        assert_eq!(run(&arguments).status.code(), Some(2), "{flags:?}");
+    }
+}

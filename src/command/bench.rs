@@ -5,7 +5,10 @@
 //! that an interrupted run keeps the repeats it has finished.
 
 mod config;
+mod ferguson;
 mod report;
+mod source;
+mod subdivision;
 mod subject;
 
 use super::picture::{bounds, fit, size, view};
@@ -219,7 +222,7 @@ impl Bench {
         let mut trace = Trace::default();
         for (done, &(scene, repeat)) in schedule.iter().enumerate() {
             let group = &mut groups[scene];
-            bar.set_message(format!("{} repeat {}", group[0].loaded.scene.name, repeat + 1));
+            bar.set_message(format!("{} repeat {}", group[0].source.name(), repeat + 1));
             let clock = Clock { start, calibration: gpu.calibrate()? };
             writer.calibrated(clock.calibration);
             let rows = one_repeat(group, protocol, gpu, &clock, repeat, &mut random, &mut trace, &bar)?;
@@ -298,7 +301,7 @@ fn name(groups: &mut [Group]) {
                 (true, true, true) => " global".to_owned(),
                 (true, false, _) => [" A", " B"][k.min(1)].to_owned(),
             };
-            let name = format!("{}{suffix}", subject.loaded.scene.name);
+            let name = format!("{}{suffix}", subject.source.name());
             let mut label = name.clone();
             let mut n = 1;
             while labels.contains(&label) {

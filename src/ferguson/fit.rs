@@ -148,6 +148,20 @@ impl Mesh {
         }
     }
 
+    /// Where a patch has to be cut for a target; `None` where a device can draw it as it is.
+    pub(super) fn has_to_be_cut(&self, p: u32, target: &Target) -> Option<(Axis, f64)> {
+        let seen = target.view.is_none_or(|view| meets(&self.geometry(p), view));
+        (0..4).find_map(|i| {
+            let at = self.cut_for(HalfEdge::new(p, i), target, seen)?;
+            Some(match i {
+                0 => (Axis::U, at),
+                1 => (Axis::V, at),
+                2 => (Axis::U, 1.0 - at),
+                _ => (Axis::V, 1.0 - at),
+            })
+        })
+    }
+
     /// The mesh with patches subdivided as far as the target needs; the record of where they came from is their root.
     /// Time linear in the patches that come out.
     pub fn fit(&self, target: &Target) -> Mesh {
@@ -158,17 +172,7 @@ impl Mesh {
             if mesh.patches.len() > MOST_PATCHES {
                 break;
             }
-            let seen = target.view.is_none_or(|view| meets(&mesh.geometry(p), view));
-            let cut = (0..4).find_map(|i| {
-                let at = mesh.cut_for(HalfEdge::new(p, i), target, seen)?;
-                Some(match i {
-                    0 => (Axis::U, at),
-                    1 => (Axis::V, at),
-                    2 => (Axis::U, 1.0 - at),
-                    _ => (Axis::V, 1.0 - at),
-                })
-            });
-            let Some((axis, at)) = cut else { continue };
+            let Some((axis, at)) = mesh.has_to_be_cut(p, target) else { continue };
             let Ok(split) = mesh.split(p, axis, at) else { continue };
             for part in [split.first, split.second] {
                 waiting.insert(part);

@@ -45,7 +45,7 @@ impl Mesh {
         let t = (a.rect[i + 2] - a.rect[i]) / (b.rect[i + 2] - a.rect[i]);
 
         // The joined patch, and whether splitting it would give the two again.
-        let scale = self.scale();
+        let scale = self.scale([p, q]);
         let mut corners = a.corners;
         let (ta, tb) = (
             [0, 1, 2, 3].map(|k| self.tangents(HalfEdge::new(p, k))),
@@ -64,7 +64,7 @@ impl Mesh {
                         (axis.jet(&patch.corners[first].colour)[r], axis.jet(&patch.corners[second].colour)[r]);
                     [x[0], x[1], y[1], y[0]]
                 };
-                let size = self.colour_scale();
+                let size = self.colour_scale([p, q]);
                 let all = joined(data(&a), data(&b), t, |x: DVec4| x.abs().max_element() <= EXACT * 9.0 * size);
                 let all = all.ok_or(no("a colour on it was changed; restore it first"))?;
                 rows[0][r] = [all[0], all[1]];
@@ -122,13 +122,16 @@ impl Mesh {
         Ok(p)
     }
 
-    /// Size of the mesh, for comparisons.
-    fn scale(&self) -> f64 {
-        self.points.iter().filter(|p| !p.corners.is_empty()).map(|p| p.at.abs().max_element()).fold(1e-300, f64::max)
+    /// Size of the numbers of two patches and of the curves along them, for comparisons.
+    fn scale(&self, patches: [u32; 2]) -> f64 {
+        let sides = patches.into_iter().flat_map(|p| self.patch(p).sides);
+        let all = sides.flat_map(|side| self.bezier(side.curve)).map(|at| at.abs().max_element());
+        all.fold(1e-300, f64::max)
     }
 
-    fn colour_scale(&self) -> f64 {
-        self.live().flat_map(|p| self.patch(p).corners).map(|c| c.colour.value.abs().max_element()).fold(1.0, f64::max)
+    fn colour_scale(&self, patches: [u32; 2]) -> f64 {
+        let corners = patches.into_iter().flat_map(|p| self.patch(p).corners);
+        corners.map(|c| c.colour.value.abs().max_element()).fold(1.0, f64::max)
     }
 
     /// Whether what runs along half-edges `x` and then `y` is one cubic, `x` being the part `t` of it.

@@ -4,7 +4,8 @@
 //! ```text
 //!   file --read--> Mesh --split, move, colour...--> Mesh --fit--> Mesh --table--> PatchTable
 //!                    |  <------------- undo ----------             \
-//!                    +--> check::inspect, traditional, cells        sides short enough for 64 segments
+//!                    +--> inspect, traditional                      sides short enough for 64 segments
+//!                    +--Journal--> LiveTable: the same table, changed where the mesh changed
 //! ```
 
 pub mod blend;
@@ -13,6 +14,7 @@ pub mod fit;
 pub mod hermite;
 pub mod inherit;
 pub mod inspect;
+pub mod live;
 pub mod merge;
 pub mod mesh;
 pub mod new;

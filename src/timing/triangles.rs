@@ -3,9 +3,10 @@
 //! A domain with integer levels, equal spacing, has V vertices of which B lie on its border; a triangulated disc of
 //! them has 2 V - B - 2 triangles (Euler). Outer levels decide B, inner levels the vertices inside.
 
+use crate::patch::stitched::Stitch;
 use crate::patch::tess::{triangle_vertices, Levels, TessRule, MAX_LEVEL};
 use crate::patch::transition::{Side, PARTS};
-use crate::patch::{DrawRange, PatchTable};
+use crate::patch::{ControlPoint, DrawRange, Kind, PatchTable};
 
 /// Triangles of a quad domain: `outer` in order around, `inner` across and along. Integers from 1.
 pub fn quad(outer: [u64; 4], inner: [u64; 2]) -> u64 {
@@ -46,12 +47,29 @@ fn of_patch(range: &DrawRange, levels: Levels) -> u64 {
     }
 }
 
+/// Triangles of stitched patches: levels are even, those of stitched sides stand in the table.
+fn of_stitched(table: &PatchTable, range: &DrawRange, levels: Levels) -> u64 {
+    let free = 2 * (levels.full.max(2.0) as u64).div_ceil(2);
+    let first = range.first as usize;
+    let patches = table.indices[first..first + range.stride() * range.count as usize].chunks_exact(range.stride());
+    let of_one = |indices: &[u32]| {
+        let points: Vec<ControlPoint> = indices.iter().map(|&i| table.control[i as usize]).collect();
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| Stitch::read(&points, i).map_or(free, |s| u64::from(s.level())));
+        quad([a, b, c, d], [a.max(c), b.max(d)])
+    };
+    patches.map(of_one).sum()
+}
+
 /// Triangles of a whole table before clipping; `None` for [`TessRule::Pixels`], where the view decides.
 pub fn count(table: &PatchTable, rule: TessRule) -> Option<u64> {
     if matches!(rule, TessRule::Pixels(_)) {
         return None;
     }
-    Some(table.ranges.iter().map(|range| u64::from(range.count) * of_patch(range, rule.levels(range.level))).sum())
+    let of = |range: &DrawRange| match range.kind {
+        Kind::Stitched => of_stitched(table, range, rule.levels(0)),
+        _ => u64::from(range.count) * of_patch(range, rule.levels(range.level)),
+    };
+    Some(table.ranges.iter().map(of).sum())
 }
 
 /// Triangles of `faces` whole faces of one level, all quads: uniform subdivision; `None` as for [`count`].

@@ -30,7 +30,8 @@ pub enum EditsFlag {
 /// One configuration; what is not given is the default, or in --pair what the first configuration has.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Config {
-    /// Feature-adaptive refinement, uniform subdivision, or both in turns [default: adaptive]
+    /// Feature-adaptive refinement, uniform subdivision, or both in turns; of technique ferguson local refinement, the
+    /// traditional mesh where every split runs through its row, or both [default: adaptive]
     #[arg(long, value_enum)]
     pub mode: Option<BenchMode>,
     /// Ours, or the authors' tool to the letter [default: gradtess]

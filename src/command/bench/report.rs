@@ -2,11 +2,10 @@
 
 use super::subject::Subject;
 use super::Group;
-use crate::command::{print, print_json, Failure, Global, PatchesFlag, RulesFlag};
+use crate::command::{print, print_json, Failure, Global};
 use crate::gpu::{Calibration, Format, Gpu};
 use crate::patch::tess::TessRule;
 use crate::scene::write_atomically;
-use crate::subdiv::index_map::IndexMap;
 use crate::timing::compare::{self, Folder};
 use crate::timing::host::{iso8601, sha256, Clocks, Host};
 use crate::timing::pair::{ratios, Ratio};
@@ -228,38 +227,21 @@ fn tool() -> Tool {
 }
 
 fn scene_facts(subject: &Subject) -> Result<SceneFacts, Failure> {
-    let loaded = &subject.loaded;
-    let bytes = crate::scene::read_bounded(Path::new(&loaded.file))?;
-    let [bicubic, bicubic_transition, gregory, gregory_transition] = subject.counts.patches;
-    let global = IndexMap::new(&loaded.mesh).faces(loaded.global_level());
-    let counts = [
-        ("bicubic", bicubic),
-        ("bicubic_transition", bicubic_transition),
-        ("gregory", gregory),
-        ("gregory_transition", gregory_transition),
-        ("total", bicubic + gregory),
-        ("global", global),
-    ];
-    let mut edits = String::new();
-    for e in &loaded.scene.geometry {
-        let _ = writeln!(edits, "g {} {} {:?} {:?} {:?}", e.level, e.half_edge, e.frame, e.a, e.b);
-    }
-    for e in &loaded.scene.colours {
-        let _ = writeln!(edits, "c {} {} {:?}", e.level, e.half_edge, e.colour.to_array());
-    }
+    let facts = subject.source.facts();
+    let bytes = crate::scene::read_bounded(Path::new(&facts.file))?;
     Ok(SceneFacts {
-        name: loaded.scene.name.clone(),
-        file: relative_file(&loaded.file),
+        name: facts.name,
+        file: relative_file(&facts.file),
         sha256: sha256(&bytes),
-        technique: "subdivision".to_owned(),
-        counts: counts.map(|(name, n)| (name.to_owned(), n)).into(),
-        edits_sha256: sha256(edits.as_bytes()),
+        technique: facts.technique.to_owned(),
+        counts: facts.counts,
+        edits_sha256: sha256(facts.edits.as_bytes()),
     })
 }
 
 fn settings(subject: &Subject, validation: bool) -> Settings {
     let (frame, config) = (&subject.frame, &subject.config);
-    let refining = config.refining();
+    let facts = subject.source.facts();
     let (rule, t) = match frame.tess {
         TessRule::Fixed(t) => ("fixed", t),
         TessRule::Base(t) => ("base", t),
@@ -274,20 +256,12 @@ fn settings(subject: &Subject, validation: bool) -> Settings {
             Format::Rgba32f => "rgba32f",
         }
         .to_owned(),
-        spacing: "equal".to_owned(),
+        spacing: facts.spacing.to_owned(),
         tess_rule: rule.to_owned(),
         tess_factor: f64::from(t),
         mode: if config.is_global() { "global" } else { "adaptive" }.to_owned(),
-        rules: match refining.rules {
-            RulesFlag::Authors => "authors",
-            RulesFlag::Gradtess => "gradtess",
-        }
-        .to_owned(),
-        patches: match refining.patches {
-            PatchesFlag::Gregory => "gregory",
-            PatchesFlag::Bicubic => "bicubic",
-        }
-        .to_owned(),
+        rules: facts.rules.to_owned(),
+        patches: facts.patches.to_owned(),
         max_level: subject.counts.max_level,
         triangles: subject.triangles,
         edits: format!("{:?}", config.edits()).to_lowercase(),

@@ -1,20 +1,17 @@
 //! A scene in one configuration, drawn frame by frame.
 
 use super::config::{Config, EditsFlag};
-use crate::command::open::{self, Loaded};
-use crate::command::{Failure, Global, PatchesFlag};
+use super::ferguson::FergusonSource;
+use super::source::{Counts, Source};
+use super::subdivision::SubdivisionSource;
+use crate::command::open::Subject as Opened;
+use crate::command::{Failure, Global};
 use crate::gpu::{Calibration, Canvas, DeviceTable, Frame, Gpu, GpuSpan};
-use crate::patch::build::{build, rebuild};
-use crate::patch::points::Irregular;
 use crate::patch::tess::TessRule;
-use crate::patch::{Kind, PatchTable};
-use crate::refine::{fate, Options, Refinement};
-use crate::scene::{ColourEdit, GeometryEdit};
-use crate::subdiv::index_map::IndexMap;
+use crate::patch::PatchTable;
 use crate::timing::record::{Fields, FrameRecord, Phase};
 use crate::timing::trace::Span;
 use crate::timing::triangles;
-use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// The clock all frames of a run are on.
@@ -32,108 +29,6 @@ impl Clock {
     }
 }
 
-/// Counts of what is drawn.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Counts {
-    /// Faces refined on all levels.
-    pub affected: u64,
-    /// Deepest level drawn.
-    pub max_level: u64,
-    /// Bicubic faces, transition faces among them, Gregory faces, transition faces among them.
-    pub patches: [u64; 4],
-    /// Control points.
-    pub control_points: u64,
-}
-
-impl Counts {
-    fn of(refinement: &Refinement, table: &PatchTable) -> Counts {
-        let mut patches = [0; 4];
-        for face in &table.faces {
-            let first = if face.kind == Kind::Bicubic { 0 } else { 2 };
-            patches[first] += 1;
-            patches[first + 1] += u64::from(face.transition != 0);
-        }
-        Counts {
-            affected: refinement.fates.iter().flatten().filter(|&f| f & fate::AFFECTED != 0).count() as u64,
-            max_level: table.faces.iter().map(|face| u64::from(face.level)).max().unwrap_or(0),
-            patches,
-            control_points: table.control.len() as u64,
-        }
-    }
-}
-
-/// The edits that frames apply anew, one a frame.
-struct Replay {
-    kind: EditsFlag,
-    geometry: Vec<GeometryEdit>,
-    colours: Vec<ColourEdit>,
-    // Colour edits by vertex: a vertex changes as a whole, or its sectors would drift apart and become sharp.
-    vertices: Vec<Vec<usize>>,
-}
-
-impl Replay {
-    fn new(loaded: &Loaded, kind: EditsFlag) -> Result<Replay, Failure> {
-        let scene = &loaded.scene;
-        let none = |what: &str| {
-            Err(Failure::input(format_args!("{}: no {what} edits to replay; use --edits rebuild", loaded.file)))
-        };
-        if kind == EditsFlag::Geometry && scene.geometry.is_empty() {
-            return none("geometry");
-        }
-        if kind == EditsFlag::Colour && scene.colours.is_empty() {
-            return none("colour");
-        }
-        let map = IndexMap::new(&loaded.mesh);
-        let mut vertices: BTreeMap<_, Vec<usize>> = BTreeMap::new();
-        if kind == EditsFlag::Colour {
-            for (i, edit) in scene.colours.iter().enumerate() {
-                // Refinement has already found every half-edge.
-                if let Some(slot) = map.from_app_a(edit.level, edit.half_edge) {
-                    vertices.entry((edit.level, map.birth(edit.level, slot))).or_default().push(i);
-                }
-            }
-        }
-        Ok(Replay {
-            kind,
-            geometry: scene.geometry.clone(),
-            colours: scene.colours.clone(),
-            vertices: vertices.into_values().collect(),
-        })
-    }
-
-    /// Makes the scene that of frame `i`: all edits as in the file but one. The number of edits changed is returned.
-    fn apply(&self, scene: &mut crate::scene::Scene, i: u32, before: Option<u32>) -> u64 {
-        // The golden angle visits all phases evenly.
-        let wave = (f64::from(i) * 2.399_963).sin();
-        match self.kind {
-            EditsFlag::None | EditsFlag::Rebuild => 0,
-            EditsFlag::Geometry => {
-                let at = |i: u32| i as usize % self.geometry.len();
-                if let Some(before) = before {
-                    scene.geometry[at(before)] = self.geometry[at(before)];
-                }
-                // A hundredth of an edge in sectors; of the angle and length beyond the boundary.
-                let edit = &mut scene.geometry[at(i)];
-                edit.a += 0.01 * wave;
-                edit.b *= 1.0 + 0.01 * wave;
-                1
-            }
-            EditsFlag::Colour => {
-                let at = |i: u32| &self.vertices[i as usize % self.vertices.len()];
-                for &k in before.map(at).into_iter().flatten() {
-                    scene.colours[k] = self.colours[k];
-                }
-                // Towards grey, so that equal colours stay equal and all stay in range.
-                for &k in at(i) {
-                    let c = &mut scene.colours[k].colour;
-                    *c += (glam::DVec4::new(0.5, 0.5, 0.5, c.w) - *c) * 0.02 * (1.0 + wave);
-                }
-                1
-            }
-        }
-    }
-}
-
 /// One configuration of a scene, ready to be drawn.
 pub struct Subject {
     /// Scene and configuration, unique in the run.
@@ -142,8 +37,8 @@ pub struct Subject {
     pub run_id: String,
     /// The flags.
     pub config: Config,
-    /// The scene.
-    pub loaded: Loaded,
+    /// What makes its patches.
+    pub source: Box<dyn Source>,
     /// What is drawn.
     pub frame: Frame,
     /// Counts of the scene as in its file.
@@ -152,14 +47,8 @@ pub struct Subject {
     pub triangles: Option<u64>,
     /// Frames of finished repeats.
     pub records: Vec<FrameRecord>,
-    options: Options,
-    irregular: Irregular,
-    replay: Replay,
-    replayed: Option<u32>,
     latest: Counts,
     table: DeviceTable,
-    /// The last frame's table: memory for the next one.
-    spare: PatchTable,
     canvas: Option<Canvas>,
 }
 
@@ -182,23 +71,23 @@ impl Subject {
         gpu: &Gpu,
         global: &Global,
     ) -> Result<Subject, Failure> {
-        let loaded = open::load(file, global)?;
-        let refining = config.refining();
-        let options = loaded.options(&refining)?;
-        let irregular = match refining.patches {
-            PatchesFlag::Gregory => Irregular::Gregory,
-            PatchesFlag::Bicubic => Irregular::Bicubic,
+        let (source, table, frame): (Box<dyn Source>, PatchTable, Frame) = match Opened::open(file, global)? {
+            Opened::Subdivision(loaded) => {
+                let (source, table) = SubdivisionSource::new(*loaded, config)?;
+                let mut frame = frame(&table)?;
+                frame.tess = source.tess(&table, config, matched)?;
+                (Box::new(source), table, frame)
+            }
+            Opened::Ferguson(_) if matched => {
+                return Err(Failure::input("--match-triangles goes with subdivision scenes; use --tess for both"));
+            }
+            Opened::Ferguson(mesh) => {
+                let (source, table, frame) = FergusonSource::new(file, *mesh, config, frame)?;
+                (Box::new(source), table, frame)
+            }
+            other => return Err(other.refused(file)),
         };
-        let refinement = loaded.refine(options)?;
-        let table = build(&refinement, irregular);
-        let mut frame = frame(&table)?;
-        frame.tess = match (matched, config.tess()) {
-            (false, given) => given.unwrap_or(TessRule::Fixed(16.0)),
-            (true, given) if config.is_global() => given.unwrap_or(TessRule::Fixed(1.0)),
-            (true, given) => matching(&loaded, &table, config, given.unwrap_or(TessRule::Fixed(1.0)))?,
-        };
-        let replay = Replay::new(&loaded, config.edits())?;
-        let counts = Counts::of(&refinement, &table);
+        let counts = source.counts();
         let triangles = triangles::count(&table, frame.tess);
         let table = gpu.upload(&table)?;
         let prepared =
@@ -208,24 +97,19 @@ impl Subject {
             run_id: String::new(),
             canvas: Some(prepared.into_canvas()),
             config: config.clone(),
-            loaded,
+            source,
             frame,
             counts,
             triangles,
             records: Vec::new(),
-            options,
-            irregular,
-            replay,
-            replayed: None,
             latest: counts,
             table,
-            spare: PatchTable::default(),
         })
     }
 
     /// Draws one frame, with its edit before it.
     pub fn draw(&mut self, gpu: &Gpu, clock: &Clock, phase: Phase, repeat: u32, frame: u32) -> Result<Drawn, Failure> {
-        let rebuilds = self.replay.kind != EditsFlag::None;
+        let rebuilds = self.config.edits() != EditsFlag::None;
         let begun = Instant::now();
         let mut fields = Fields { cpu_start_ns: Some(clock.ns(begun)), ..Fields::default() };
         let mut stage = begun;
@@ -235,18 +119,8 @@ impl Subject {
             stage = now;
             Some(ms)
         };
-        let mut made = None;
         if rebuilds {
-            fields.edits = Some(self.replay.apply(&mut self.loaded.scene, frame, self.replayed));
-            self.replayed = Some(frame);
-            fields.cpu_edit_ms = lap();
-            let refinement = self.loaded.refine(self.options)?;
-            fields.cpu_refine_ms = lap();
-            let table = rebuild(&refinement, self.irregular, std::mem::take(&mut self.spare));
-            fields.cpu_patch_ms = lap();
-            gpu.update(&mut self.table, &table)?;
-            fields.cpu_upload_ms = lap();
-            made = Some((refinement, table));
+            self.source.edit(frame, gpu, &mut self.table, &mut fields, &mut lap)?;
         }
         let canvas = self.canvas.take().ok_or_else(|| Failure::machine("an earlier frame failed"))?;
         let prepared = gpu.prepare_again(canvas, &self.table)?;
@@ -285,14 +159,11 @@ impl Subject {
         }
         // Letting go of what the frame made belongs to it; counting it does not.
         let counting = Instant::now();
-        if let Some((refinement, table)) = &made {
-            self.latest = Counts::of(refinement, table);
+        if rebuilds {
+            self.latest = self.source.counts();
         }
         let counted = counting.elapsed();
-        if let Some((refinement, table)) = made {
-            drop(refinement);
-            self.spare = table;
-        }
+        self.source.let_go();
         let mut taken = begun.elapsed().saturating_sub(counted);
         let slowdown = self.config.slowdown();
         if slowdown > 0.0 {
@@ -329,25 +200,8 @@ impl Subject {
         let (TessRule::Fixed(t) | TessRule::Base(t) | TessRule::Pixels(t)) = self.frame.tess;
         fields.tess_factor = Some(f64::from(t));
         fields.control_points = Some(c.control_points);
-        fields.upload_bytes = Some(if rebuilds { self.table.bytes() } else { 0 });
+        fields.upload_bytes = fields.upload_bytes.or(Some(if rebuilds { self.table.bytes() } else { 0 }));
         fields.gpu_bytes = Some(self.table.bytes());
         Ok(Drawn { record: FrameRecord { repeat, frame, phase, fields }, spans })
     }
-}
-
-/// The base level at which adaptive refinement just exceeds the triangles of uniform subdivision drawn by `rule`.
-fn matching(loaded: &Loaded, table: &PatchTable, config: &Config, rule: TessRule) -> Result<TessRule, Failure> {
-    rule.check().map_err(Failure::input)?;
-    let level = config.level().unwrap_or_else(|| loaded.global_level());
-    let faces = IndexMap::new(&loaded.mesh).faces(level.min(crate::refine::edits::MAX_LEVEL));
-    let wanted = triangles::uniform(faces, level, rule).ok_or_else(|| {
-        Failure::input("--match-triangles needs a tessellation that can be counted; use --tess or --tess-base")
-    })?;
-    let base = triangles::matching_base(table, wanted).ok_or_else(|| {
-        Failure::input(format_args!(
-            "{}: no tessellation of the adaptive patches makes more than {wanted} triangles; give uniform subdivision a lower --tess or --level",
-            loaded.file
-        ))
-    })?;
-    Ok(TessRule::Base(base as f32))
 }
