@@ -77,14 +77,6 @@ pub struct Patched {
     pub patch_ms: f64,
 }
 
-/// Reads a scene of technique `subdivision`, for commands that do no other.
-pub fn load(file: &str, global: &Global) -> Result<Loaded, Failure> {
-    match Subject::open(file, global)? {
-        Subject::Subdivision(loaded) => Ok(*loaded),
-        other => Err(other.refused(file)),
-    }
-}
-
 fn load_bytes(file: &str, bytes: &[u8], global: &Global) -> Result<Loaded, Failure> {
     let scene = Scene::parse(bytes, file)?;
     let mesh = mesh::build(&scene.mesh).map_err(|e| mesh_failure(file, &scene, &e))?;
