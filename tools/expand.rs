@@ -27,7 +27,7 @@ const fn out(name: &'static str, source: &'static str, defines: &'static [(&'sta
 
 /// Every output, in the order of the manifest.
 #[rustfmt::skip]
-pub const OUTPUTS: [Output; 23] = [
+pub const OUTPUTS: [Output; 25] = [
     out("patch.vert", "patch.vert", &[]),
     out("bicubic.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "0")]),
     out("bicubic_triangle.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "1")]),
@@ -51,6 +51,8 @@ pub const OUTPUTS: [Output; 23] = [
     out("stitched.tese", "stitched.tese", &[]),
     out("stitched_readback.tese", "stitched.tese", &[("READBACK", "1")]),
     out("colour.frag", "colour.frag", &[]),
+    out("solid.vert", "solid.vert", &[]),
+    out("solid.frag", "solid.frag", &[]),
 ];
 
 /// Text of `glsl/NAME` with every `#include "..."` (relative to `glsl/`) replaced by the file's text, and the

@@ -8,3 +8,4 @@ pub mod limit_picture;
 pub mod locate;
 pub mod picture_error;
 pub mod sections;
+pub mod solid_cracks;

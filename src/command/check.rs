@@ -7,6 +7,8 @@ use super::ferguson::open::{refuse, Ferguson};
 use super::measure::{measure, ErrorReport, PlaceReport};
 use super::open::{Loaded, Subject};
 use super::picture::{bounds, PictureFlags};
+use super::surface::flags::SurfaceFlags;
+use super::surface::open::Surface;
 use super::{ferguson, print, print_json, Failure, Global};
 use crate::check::folds::folds;
 use crate::check::{cracks, error_map};
@@ -33,7 +35,7 @@ pub struct Check {
     /// Magnification of the map: at 200, half a per cent is the brightest colour
     #[arg(long, value_name = "G", default_value_t = error_map::GAIN)]
     gain: f64,
-    /// Further random views, magnified up to 1000 times
+    /// Further random views, magnified up to 1000 times (surfaces in space: random views from all sides)
     #[arg(long, value_name = "N", default_value_t = 8)]
     zooms: u32,
     /// Draw each view at a random level of its own, 1 to 64, each octave as likely as any other
@@ -57,6 +59,8 @@ pub struct Check {
     /// Faces that are let pass though they are, or may be, turned over
     #[arg(long, value_name = "N")]
     max_folds: Option<usize>,
+    #[command(flatten)]
+    surface: SurfaceFlags,
 }
 
 /// Level from 1 to 64, the integer part of a log-uniform number.
@@ -88,12 +92,16 @@ impl Check {
     /// Draws and looks.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
         match Subject::open(&self.scene, global)? {
-            Subject::Subdivision(loaded) => self.subdivision(&loaded, global),
+            Subject::Subdivision(loaded) => {
+                self.surface.refuse()?;
+                self.subdivision(&loaded, global)
+            }
             Subject::Ferguson(mesh) => {
+                self.surface.refuse()?;
                 refuse(&self.picture.refining)?;
                 self.sections(&mesh, global)
             }
-            other => Err(other.refused(&self.scene)),
+            Subject::Surface(surface) => self.space(&surface, global),
         }
     }
 
@@ -115,6 +123,22 @@ impl Check {
             false => self.picture.tess.rule(),
         };
         views.into_iter().map(|view| (view, tess())).collect()
+    }
+
+    /// Cracks of a surface in space.
+    fn space(&self, surface: &Surface, global: &Global) -> Result<(), Failure> {
+        let measured = self.max_error.or(self.max_mean).or(self.max_shift).is_some();
+        if measured || self.output.is_some() || self.max_folds.is_some() || self.random_tess {
+            return Err(Failure::input(
+                "surfaces in space are checked for cracks; leave out --output, --random-tess and every --max but --max-cracks",
+            ));
+        }
+        let views = self.zooms.max(1);
+        let found = super::surface::check::run(surface, &self.surface, &self.picture, views, self.seed, global)?;
+        match found as usize > self.max_cracks {
+            true => Err(Failure::short(format_args!("{found} pixels show what is behind the surface"))),
+            false => Ok(()),
+        }
     }
 
     /// Cracks of a mesh whose patches are the surface itself.

@@ -53,6 +53,19 @@ impl PictureFlags {
     }
 }
 
+impl PictureFlags {
+    /// Refuses flags that only scenes in the plane take.
+    pub fn refuse_plane(&self) -> Result<(), Failure> {
+        if self.view.is_some() {
+            return Err(Failure::input("--view goes with scenes in the plane; use --orbit or --eye here"));
+        }
+        if self.tess.fixed.is_some() || self.tess.base.is_some() || self.tess.pixels.is_some() {
+            return Err(Failure::input("--tess, --tess-base and --pixels go with patches; use --level here"));
+        }
+        Ok(())
+    }
+}
+
 /// Tessellation, by one of three rules.
 #[derive(Args, Clone, Debug)]
 #[group(multiple = false)]
@@ -131,7 +144,11 @@ impl CameraFlags {
         }
     }
 
-    #[allow(dead_code)] // No scene in space is drawn yet.
+    /// Refuses camera flags where the views are random.
+    pub fn refuse_any(&self) -> Result<(), Failure> {
+        self.refuse().map_err(|_| Failure::input("cracks are looked for from random sides; leave out camera flags"))
+    }
+
     /// The camera asked for. `bounds`: least and greatest corner of the scene; `size`: pixels.
     pub fn camera(&self, bounds: [DVec3; 2], size: [u32; 2]) -> Result<Camera, Failure> {
         let aspect = f64::from(size[0]) / f64::from(size[1]);

@@ -4,10 +4,12 @@ use super::ferguson::open::refuse;
 use super::measure::{measure, ErrorReport};
 use super::open::{self, Subject};
 use super::picture::{background, PictureFlags};
-use super::{ferguson, print, print_json, Failure, Global};
+use super::surface::flags::SurfaceFlags;
+use super::surface::render::{Canvas, Look};
+use super::{ferguson, print, print_json, surface, Failure, Global};
 use crate::check::error_map;
 use crate::check::picture_error::PictureError;
-use crate::gpu::{Frame, Gpu, GpuTimes, Show, Statistics};
+use crate::gpu::{Frame, Gpu, GpuTimes, Show, SolidShow, Statistics};
 use crate::image::Picture;
 use crate::patch::PatchTable;
 use clap::{Args, ValueEnum};
@@ -33,6 +35,8 @@ pub struct Render {
     /// Samples a pixel: 1 or 4
     #[arg(long, default_value_t = 1)]
     samples: u32,
+    #[command(flatten)]
+    surface: SurfaceFlags,
 }
 
 /// An optional colour, wrapped so that the flag parser does not take `None` for a missing flag.
@@ -51,6 +55,18 @@ enum ShowFlag {
     Levels,
     /// Distance from the limit surface, 200 times, as a plasma map
     Error,
+    /// Lit (surfaces in space; as are the rest)
+    Shaded,
+    /// Stripes by the normal's direction: isophotes
+    Highlight,
+    /// Stripes by the direction of the mirrored view
+    Reflection,
+    /// Normals as colours
+    Normals,
+    /// Blend weights from blue (0) to red (1)
+    Weights,
+    /// The control mesh, sharp edges orange to red
+    Control,
 }
 
 #[derive(Serialize)]
@@ -109,6 +125,7 @@ impl Render {
         }
         match Subject::open(&self.scene, global)? {
             Subject::Subdivision(loaded) => {
+                self.refuse_space()?;
                 let patched = loaded.patches(&self.picture.refining)?;
                 let made = Made {
                     name: &loaded.scene.name,
@@ -120,6 +137,7 @@ impl Render {
                 self.draw(&made, |gpu, frame| measure(gpu, &loaded, &patched, frame), global)
             }
             Subject::Ferguson(mesh) => {
+                self.refuse_space()?;
                 refuse(&self.picture.refining)?;
                 let exact = || Failure::input("--show error: patches of this technique are the surface itself");
                 if matches!(self.show, ShowFlag::Error) {
@@ -136,7 +154,42 @@ impl Render {
                 };
                 self.draw(&made, |_, _| Err(exact()), global)
             }
-            other => Err(other.refused(&self.scene)),
+            Subject::Surface(surface) => {
+                let canvas = Canvas {
+                    picture: &self.picture,
+                    output: &self.output,
+                    background: self.background.0,
+                    samples: self.samples,
+                };
+                surface::render::run(&surface, &self.surface, self.look()?, &canvas, global)
+            }
+        }
+    }
+
+    /// What of a surface in space is shown.
+    fn look(&self) -> Result<Look, Failure> {
+        Ok(match self.show {
+            ShowFlag::Surface | ShowFlag::Shaded => Look::Surface(SolidShow::Shaded),
+            ShowFlag::Highlight => Look::Surface(SolidShow::Highlight),
+            ShowFlag::Reflection => Look::Surface(SolidShow::Reflection),
+            ShowFlag::Normals => Look::Surface(SolidShow::Normals),
+            ShowFlag::Weights => Look::Surface(SolidShow::Weights),
+            ShowFlag::Wire => Look::Mesh,
+            ShowFlag::Control => Look::Control,
+            ShowFlag::Patches | ShowFlag::Levels | ShowFlag::Error => {
+                return Err(Failure::input("--show patches, levels and error go with gradient meshes"))
+            }
+        })
+    }
+
+    /// Refuses what only surfaces in space take.
+    fn refuse_space(&self) -> Result<(), Failure> {
+        self.surface.refuse()?;
+        match self.show {
+            ShowFlag::Surface | ShowFlag::Wire | ShowFlag::Patches | ShowFlag::Levels | ShowFlag::Error => Ok(()),
+            _ => Err(Failure::input(
+                "this --show goes with surfaces in space; use surface, wire, patches, levels or error",
+            )),
         }
     }
 
@@ -151,10 +204,11 @@ impl Render {
         let table = gpu.upload(made.table)?;
         let frame = Frame {
             show: match self.show {
-                ShowFlag::Surface | ShowFlag::Error => Show::Surface,
                 ShowFlag::Wire => Show::Wire,
                 ShowFlag::Patches => Show::Patches,
                 ShowFlag::Levels => Show::Levels,
+                // The error's picture is made elsewhere; the rest was refused.
+                _ => Show::Surface,
             },
             background: self.background.0,
             samples: self.samples,

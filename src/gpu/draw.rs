@@ -515,7 +515,7 @@ pub(super) fn tess_push(tess: TessRule, scale: [f64; 2], range: &DrawRange) -> P
 }
 
 /// Premultiplied to straight alpha, in place. A pixel without alpha becomes all zero.
-fn straighten(floats: &mut [f32]) {
+pub(super) fn straighten(floats: &mut [f32]) {
     for pixel in floats.chunks_exact_mut(4) {
         let alpha = pixel[3];
         for c in &mut pixel[..3] {
@@ -525,7 +525,7 @@ fn straighten(floats: &mut [f32]) {
 }
 
 /// Nearest of the 256 steps; NaN is 0.
-fn to_byte(x: f32) -> u8 {
+pub(super) fn to_byte(x: f32) -> u8 {
     (x.clamp(0.0, 1.0) * 255.0).round() as u8
 }
 

@@ -27,6 +27,7 @@ mod query;
 mod readback;
 mod shader;
 mod show;
+mod solid;
 mod table;
 mod target;
 mod window;
@@ -41,9 +42,11 @@ pub use instance::Message;
 pub use query::{GpuSpan, GpuTimes, Statistics};
 pub use readback::EvaluatedPoint;
 pub use show::{level_colour, patch_colour, Show, WIRE_COLOUR};
+pub use solid::{PreparedSolid, SolidFrame, SolidShow};
 pub use table::DeviceTable;
 pub use window::{Outcome, Screen};
 
+use crate::patch::solid::SolidTable;
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use context::Context;
@@ -170,6 +173,14 @@ impl Gpu {
             times,
             statistics: if frame.statistics { Some(prepared.statistics()?) } else { None },
         })
+    }
+
+    /// Puts a scene in space on the device with everything that its picture needs, to draw it as often as wanted.
+    ///
+    /// # Errors
+    /// The table contradicts itself, the frame is senseless or too large, or memory ran out.
+    pub fn prepare_solid(&self, table: &SolidTable, frame: &SolidFrame) -> Result<PreparedSolid, GpuError> {
+        PreparedSolid::new(&self.context, &self.pipelines.passes, table, frame)
     }
 
     /// Every vertex that the device makes of a table, sorted by range, patch and coordinate. `scale` is pixels a model

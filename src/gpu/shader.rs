@@ -24,6 +24,11 @@ pub(super) const VERTEX: Spv = spv!("patch.vert");
 /// Colours pixels.
 pub(super) const FRAGMENT: Spv = spv!("colour.frag");
 
+/// Vertices of surfaces in space.
+pub(super) const SOLID_VERTEX: Spv = spv!("solid.vert");
+/// Colours pixels of surfaces in space.
+pub(super) const SOLID_FRAGMENT: Spv = spv!("solid.frag");
+
 /// Sets the levels.
 pub(super) fn control(kind: Kind, shape: Shape) -> Spv {
     match (kind, shape) {

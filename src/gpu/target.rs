@@ -31,7 +31,6 @@ pub(super) enum PassKey {
     /// A colour target of this format; with more than one sample it is resolved at the end.
     Colour { format: vk::Format, samples: u32 },
     /// As [`PassKey::Colour`], with a depth buffer that starts at 1 and is thrown away at the end.
-    #[allow(dead_code)] // No scene in space is drawn yet.
     Depth { format: vk::Format, samples: u32 },
     /// Draws over what a pass of this format and one sample has left; compatible with that.
     Over { format: vk::Format },

@@ -35,6 +35,7 @@ pub mod eval;
 mod gregory;
 pub mod pack;
 pub mod points;
+pub mod solid;
 pub mod space;
 pub mod stitched;
 pub mod tess;

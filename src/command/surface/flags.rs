@@ -55,6 +55,23 @@ pub struct SurfaceFlags {
     /// Move the vertices to the limit surface
     #[arg(long)]
     pub limit: bool,
+    /// Normals that are drawn [default: blended]
+    #[arg(long, value_enum)]
+    normals: Option<NormalsFlag>,
+    /// Stripes of --show highlight and reflection: the argument of the sine for a cosine of 1 [default: 30]
+    #[arg(long, value_name = "N")]
+    stripes: Option<f32>,
+}
+
+/// Which normals are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NormalsFlag {
+    /// N_B
+    Blended,
+    /// N_L
+    Geometric,
+    /// N_S
+    Subdivided,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -121,6 +138,19 @@ impl SurfaceFlags {
         match *self == SurfaceFlags::default() {
             true => Ok(()),
             false => Err(Failure::input("flags of surfaces in space do not go with this scene; leave them out")),
+        }
+    }
+
+    /// The normals asked for.
+    pub fn normals(&self) -> NormalsFlag {
+        self.normals.unwrap_or(NormalsFlag::Blended)
+    }
+
+    /// The stripes asked for.
+    pub fn stripes(&self) -> Result<f32, Failure> {
+        match self.stripes.unwrap_or(30.0) {
+            n if (0.1..=1000.0).contains(&n) => Ok(n),
+            n => Err(Failure::input(format_args!("--stripes {n} is out of range; give 0.1 to 1000"))),
         }
     }
 

@@ -1,6 +1,8 @@
 //! What the commands do with scenes of technique `surface`.
 
+pub mod check;
 pub mod flags;
 pub mod mesh;
 pub mod open;
+pub mod render;
 pub mod stats;

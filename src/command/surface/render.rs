@@ -1,0 +1,180 @@
+//! `gradtess render` of a surface: uniform levels as triangles, the papers' way.
+
+use super::flags::{level, NormalsFlag, SurfaceFlags};
+use super::open::Surface;
+use crate::command::open::milliseconds;
+use crate::command::picture::PictureFlags;
+use crate::command::{print, print_json, Failure, Global};
+use crate::gpu::{Gpu, GpuTimes, SolidFrame, SolidShow};
+use crate::patch::solid::SolidTable;
+use crate::surface::drawing::{mesh, triangles};
+use crate::surface::shade::{limit_positions, shade};
+use serde::Serialize;
+use std::path::Path;
+use std::time::Instant;
+
+/// What of a surface is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// The surface, coloured so.
+    Surface(SolidShow),
+    /// The mesh of the level.
+    Mesh,
+    /// The control mesh.
+    Control,
+}
+
+/// How the picture is made, apart from what it shows.
+pub struct Canvas<'a> {
+    /// Flags of size and camera.
+    pub picture: &'a PictureFlags,
+    /// File.
+    pub output: &'a Path,
+    /// Colour under the surface, or nothing.
+    pub background: Option<[f32; 4]>,
+    /// Samples a pixel.
+    pub samples: u32,
+}
+
+/// Level that is drawn unless `--level` says otherwise.
+pub const LEVEL: u32 = 4;
+
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    scene: String,
+    technique: &'static str,
+    output: String,
+    width: u32,
+    height: u32,
+    eye: [f64; 3],
+    target: [f64; 3],
+    level: u32,
+    device: String,
+    vertices: usize,
+    triangles: usize,
+    device_bytes: u64,
+    subdivide_ms: f64,
+    shade_ms: f64,
+    record_ms: f64,
+    wait_ms: f64,
+    gpu: GpuTimes,
+}
+
+/// A surface ready to be drawn, and the times that took.
+pub struct Made {
+    /// Triangles and lines.
+    pub table: SolidTable,
+    /// Level drawn.
+    pub level: u32,
+    /// Wall time of subdivision, ms.
+    pub subdivide_ms: f64,
+    /// Wall time of normals, weights and the table, ms.
+    pub shade_ms: f64,
+}
+
+/// Subdivides, shades and collects triangles.
+pub fn make(surface: &Surface, flags: &SurfaceFlags, depth: u32, look: Look, global: &Global) -> Result<Made, Failure> {
+    let start = Instant::now();
+    let depth = if look == Look::Control { 0 } else { depth };
+    let made = flags.subdivide(surface, depth, global)?;
+    let subdivided = Instant::now();
+    let last = &made.levels[depth as usize];
+    let limits = (flags.limit && look != Look::Control).then(|| limit_positions(last));
+    let positions = limits.as_ref().unwrap_or(&last.position);
+    let table = match look {
+        Look::Mesh | Look::Control => mesh(last, positions),
+        Look::Surface(_) => {
+            let mut settings = flags.settings()?;
+            let normals = flags.normals();
+            settings.everywhere = normals == NormalsFlag::Subdivided;
+            let shaded = shade(&made.levels, &made.scene.normals, &settings);
+            let normals = match normals {
+                NormalsFlag::Blended => &shaded.blended,
+                NormalsFlag::Geometric => &shaded.geometric,
+                NormalsFlag::Subdivided => &shaded.subdivided,
+            };
+            triangles(last, &shaded, positions, normals)
+        }
+    };
+    Ok(Made {
+        table,
+        level: depth,
+        subdivide_ms: milliseconds((subdivided - start).as_nanos()),
+        shade_ms: milliseconds(subdivided.elapsed().as_nanos()),
+    })
+}
+
+/// Draws and writes the picture.
+pub fn run(
+    surface: &Surface,
+    flags: &SurfaceFlags,
+    look: Look,
+    canvas: &Canvas,
+    global: &Global,
+) -> Result<(), Failure> {
+    canvas.picture.refuse_plane()?;
+    let depth = level(&canvas.picture.refining)?.unwrap_or(LEVEL);
+    let made = make(surface, flags, depth, look, global)?;
+    let [width, height] = canvas.picture.size.unwrap_or([1024, 1024]);
+    let camera = canvas.picture.camera.camera(made.table.bounds, [width, height])?;
+    let frame = SolidFrame {
+        width,
+        height,
+        camera,
+        show: match look {
+            Look::Surface(show) => show,
+            Look::Mesh | Look::Control => SolidShow::Plain,
+        },
+        stripes: flags.stripes()?,
+        background: canvas.background,
+        samples: canvas.samples,
+    };
+    let gpu = Gpu::new(&global.gpu())?;
+    let prepared = gpu.prepare_solid(&made.table, &frame)?;
+    let times = prepared.run(true)?;
+    let picture = prepared.pixels()?.into_picture(width, height);
+    if let Some(m) = gpu.messages().first() {
+        return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
+    }
+    let software = concat!("gradtess ", env!("CARGO_PKG_VERSION"));
+    picture.write_png(canvas.output, &[("Software", software), ("Comment", &gpu.device().driver)])?;
+    let result = Report {
+        schema: "gradtess.surface_render/1",
+        scene: surface.scene.name.clone(),
+        technique: "surface",
+        output: canvas.output.display().to_string(),
+        width,
+        height,
+        eye: camera.eye.to_array(),
+        target: camera.target.to_array(),
+        level: made.level,
+        device: gpu.device().name.clone(),
+        vertices: made.table.vertices.len(),
+        triangles: made.table.parts.first().map_or(0, |part| part.count as usize),
+        device_bytes: made.table.bytes(),
+        subdivide_ms: made.subdivide_ms,
+        shade_ms: made.shade_ms,
+        record_ms: milliseconds(times.record_ns.into()),
+        wait_ms: milliseconds(times.wait_ns.into()),
+        gpu: times.gpu,
+    };
+    if global.json {
+        return print_json(&result);
+    }
+    if !global.quiet {
+        print(&format!(
+            "{}: level {}, {} vertices, {} triangles, {} x {}, subdivision {:.3} ms, shading {:.3} ms on {}\n",
+            result.output,
+            result.level,
+            result.vertices,
+            result.triangles,
+            width,
+            height,
+            result.subdivide_ms,
+            result.shade_ms,
+            result.device
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,74 @@
+//! What is drawn of a scene in space: vertices of two vec4 and lists of triangles, lines or patches that share them.
+
+use glam::DVec3;
+
+/// What a part's indices mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Primitive {
+    /// Three corners, counter-clockwise from the front.
+    Triangles,
+    /// Two ends.
+    Lines,
+}
+
+impl Primitive {
+    /// Indices of one.
+    pub const fn points(self) -> usize {
+        match self {
+            Primitive::Triangles => 3,
+            Primitive::Lines => 2,
+        }
+    }
+}
+
+/// A run of primitives of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Kind.
+    pub primitive: Primitive,
+    /// First index.
+    pub first: u32,
+    /// Primitives.
+    pub count: u32,
+}
+
+/// A scene in space, relative to [`SolidTable::centre`] so that `f32` resolves it wherever it lies.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SolidTable {
+    /// x, y, z, blend weight; then the normal, or a colour, and one unused.
+    pub vertices: Vec<[f32; 8]>,
+    /// Indices of all parts.
+    pub indices: Vec<u32>,
+    /// Drawn in this order.
+    pub parts: Vec<Part>,
+    /// What was taken from every position.
+    pub centre: DVec3,
+    /// Least and greatest corner of the scene, model units (not relative).
+    pub bounds: [DVec3; 2],
+}
+
+impl SolidTable {
+    /// An empty table for a scene within `bounds`.
+    pub fn new(bounds: [DVec3; 2]) -> SolidTable {
+        SolidTable { centre: (bounds[0] + bounds[1]) * 0.5, bounds, ..SolidTable::default() }
+    }
+
+    /// Adds a vertex and returns its number.
+    pub fn vertex(&mut self, position: DVec3, weight: f64, vector: DVec3) -> u32 {
+        let (p, v) = ((position - self.centre).as_vec3(), vector.as_vec3());
+        self.vertices.push([p.x, p.y, p.z, weight as f32, v.x, v.y, v.z, 0.0]);
+        self.vertices.len() as u32 - 1
+    }
+
+    /// Adds a part of all indices that no part has yet.
+    pub fn part(&mut self, primitive: Primitive) {
+        let first = self.parts.iter().map(|p| p.first + p.count * p.primitive.points() as u32).max().unwrap_or(0);
+        let count = (self.indices.len() as u32 - first) / primitive.points() as u32;
+        self.parts.push(Part { primitive, first, count });
+    }
+
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        (size_of_val(self.vertices.as_slice()) + size_of_val(self.indices.as_slice())) as u64
+    }
+}

@@ -1,0 +1,116 @@
+//! Surfaces in space on the device: no cracks, weights and sides as the CPU has them, nothing that validation minds.
+
+mod gpu_support;
+
+use glam::DVec3;
+use gpu_support::with_gpu;
+use gradtess::camera::{Camera, Projection};
+use gradtess::check::solid_cracks::{look_around, triangles_of};
+use gradtess::gpu::{Pixels, SolidFrame, SolidShow};
+use gradtess::mesh;
+use gradtess::patch::solid::SolidTable;
+use gradtess::scene::surface::SurfaceScene;
+use gradtess::surface::drawing;
+use gradtess::surface::level::{Level, Scheme};
+use gradtess::surface::refine::levels;
+use gradtess::surface::shade::{shade, Settings};
+
+/// A cube with a sharp bottom, a semi-sharp edge and a dart.
+const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1.1 0\nv 0 1 0\nv 0 0 1\nv 1 0.2 1\nv 1 1 1.3\nv 0 1 1\n\
+    f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n\
+    t crease 5/1/0 0 1 5 4 0 10\nt crease 2/1/0 2 6 1.5\n";
+const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.2 0.1 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n\
+    t crease 4/1/0 0 1 2 0 10\n";
+
+fn levels_of(text: &str, scheme: Scheme, depth: u32) -> Vec<Level> {
+    let scene = SurfaceScene::parse(text.as_bytes(), "test").unwrap();
+    levels(&scene, &mesh::build(&scene.polygons()).unwrap(), scheme, depth).unwrap()
+}
+
+fn table(levels: &[Level]) -> SolidTable {
+    let shaded = shade(levels, &[], &Settings::default());
+    let last = levels.last().unwrap();
+    drawing::triangles(last, &shaded, &last.position, &shaded.blended)
+}
+
+fn frame(camera: Camera, show: SolidShow, samples: u32) -> SolidFrame {
+    SolidFrame { width: 96, height: 96, camera, show, stripes: 30.0, background: None, samples }
+}
+
+#[test]
+fn no_cracks_whole_and_cracks_when_triangles_are_missing() {
+    with_gpu(|gpu| {
+        for (text, scheme) in [(CUBE, Scheme::CatmullClark), (TETRAHEDRON, Scheme::Loop)] {
+            let mut table = table(&levels_of(text, scheme, 4));
+            let triangles = triangles_of(&table);
+            let found = look_around(gpu, &table, &triangles, 6, 96, 3).unwrap();
+            assert!(found.cracks == 0 && found.covered > 5000, "{found:?}");
+            // Every ninth triangle turns into nothing.
+            for t in table.indices.chunks_exact_mut(3).step_by(9) {
+                t[1] = t[0];
+            }
+            let found = look_around(gpu, &table, &triangles, 6, 96, 3).unwrap();
+            assert!(found.cracks > 20, "{found:?}");
+        }
+    });
+}
+
+#[test]
+fn an_extraordinary_vertex_is_red_and_a_far_regular_one_blue() {
+    with_gpu(|gpu| {
+        let text: String = CUBE.lines().filter(|l| !l.starts_with('t')).map(|l| format!("{l}\n")).collect();
+        let levels = levels_of(&text, Scheme::CatmullClark, 4);
+        let settings = Settings { weights_from: 3, ..Settings::default() };
+        let last = levels.last().unwrap();
+        let shaded = shade(&levels, &[], &settings);
+        let table = drawing::triangles(last, &shaded, &last.position, &shaded.blended);
+        // Level 0 vertex 7 is a corner; the first face point of level 1 is regular and keeps its number.
+        for (v, red, blue) in [(7usize, 255, 0), (8, 0, 255)] {
+            let wedge = v as u32;
+            assert_eq!(shaded.wedges.first[v], last.spoke[v]);
+            let (p, n) = (last.position[v], shaded.geometric[wedge as usize]);
+            let camera = Camera {
+                eye: p + n * 0.5,
+                target: p,
+                up: n.any_orthonormal_vector(),
+                projection: Projection::Orthographic { height: 0.01 },
+            };
+            for samples in [1, 4] {
+                let prepared = gpu.prepare_solid(&table, &frame(camera, SolidShow::Weights, samples)).unwrap();
+                prepared.run(true).unwrap();
+                let picture = prepared.pixels().unwrap().into_picture(96, 96);
+                let [r, g, b, a] = picture.pixel(48, 48);
+                assert!(r.abs_diff(red) < 6 && g == 0 && b.abs_diff(blue) < 6 && a == 255, "{v}: {r} {g} {b} {a}");
+            }
+        }
+    });
+}
+
+#[test]
+fn normals_are_seen_from_either_side_and_lines_lie_on_faces() {
+    with_gpu(|gpu| {
+        let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nfs 0 0 0 0\n";
+        let levels = levels_of(square, Scheme::CatmullClark, 2);
+        let table = table(&levels);
+        for (side, blue) in [(1.0, 255), (-1.0, 0)] {
+            let camera = Camera {
+                eye: DVec3::new(0.5, 0.5, 2.0 * side),
+                target: DVec3::new(0.5, 0.5, 0.0),
+                up: DVec3::Y,
+                projection: Projection::Perspective { fov: 20.0 },
+            };
+            let prepared = gpu.prepare_solid(&table, &frame(camera, SolidShow::Normals, 1)).unwrap();
+            prepared.run(true).unwrap();
+            let Pixels::Rgba8(pixels) = prepared.pixels().unwrap() else { panic!("8 bits") };
+            let at = 4 * (48 * 96 + 48);
+            assert_eq!([pixels[at], pixels[at + 1], pixels[at + 2]], [128, 128, blue]);
+            // The mesh: its middle line is drawn over the faces, blue edges round it.
+            let mesh = drawing::mesh(&levels[1], &levels[1].position);
+            let prepared = gpu.prepare_solid(&mesh, &frame(camera, SolidShow::Plain, 1)).unwrap();
+            prepared.run(true).unwrap();
+            let picture = prepared.pixels().unwrap().into_picture(96, 96);
+            let dark = (40..56).filter(|&x| picture.pixel(x, 30)[0] < 100).count();
+            assert!((1..=2).contains(&dark), "{dark} dark pixels across the middle line");
+        }
+    });
+}
