@@ -9,6 +9,7 @@ use gradtess::ferguson::table::table;
 use gradtess::ferguson::traditional::traditional;
 use gradtess::ferguson::Mesh;
 use gradtess::gpu::{Format, Frame, Pixels, Show};
+use gradtess::patch::space::linear_of;
 use gradtess::patch::tess::TessRule;
 use gradtess::scene::ferguson::{parse, write};
 use json_schema::validate;
@@ -181,6 +182,53 @@ fn a_chain_of_sections_follows_its_bar() {
     let on_bar = moved.iter().filter(|&&i| mesh.points[i].on.is_some_and(|s| s.curve == bar)).count();
     assert!(on_bar == 2 && moved.len() >= 4, "{moved:?}");
     assert!(moved.iter().all(|&i| mesh.points[i].on.is_some()));
+}
+
+/// Fig. 18 and App. A in numbers: what the paper says of the spaces holds of the 2 x 3 mesh.
+#[test]
+fn colour_spaces_differ_as_the_paper_says() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/ferguson/colour_spaces.json");
+    let document: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    let in_space = |space: &str| {
+        let mut document = document.clone();
+        document["space"] = space.into();
+        parse(document.to_string().as_bytes(), "x").unwrap().0
+    };
+    let luminance = |c: glam::DVec4| {
+        let [r, g, b] = [c.x, c.y, c.z].map(|x| linear_of(x.clamp(0.0, 1.0)));
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    };
+    // Colours at 17 x 17 points of each of the six patches.
+    let sampled = |space: &str| -> Vec<glam::DVec4> {
+        let mesh = in_space(space);
+        let steps = || (0..=16).map(|k| f64::from(k) / 16.0);
+        let all = mesh.live().flat_map(|p| steps().flat_map(move |v| steps().map(move |u| (p, u, v))));
+        all.map(|(p, u, v)| mesh.colour.decode(mesh.evaluate(p, u, v).1)).collect()
+    };
+    let mean = |space: &str| {
+        let all = sampled(space);
+        all.iter().map(|&c| luminance(c)).sum::<f64>() / all.len() as f64
+    };
+    // "Linear sRGB is a linear transformation of CIEXYZ and therefore produces the same interpolation results."
+    let apart = sampled("linear").into_iter().zip(sampled("xyz")).map(|(a, b)| (a - b).abs().max_element());
+    assert!(apart.fold(0.0, f64::max) < 1e-9);
+    // "CIELUV, CIELAB and sRGB produce slightly darker results than CIEXYZ"; "dark regions can occur" in sRGB.
+    let [srgb, xyz, lab, luv, oklab] = ["srgb", "xyz", "lab", "luv", "oklab"].map(mean);
+    println!("mean luminance: sRGB {srgb:.4}, XYZ {xyz:.4}, CIELAB {lab:.4}, CIELUV {luv:.4}, Oklab {oklab:.4}");
+    assert!(srgb < lab && [lab, luv, oklab].into_iter().all(|y| y < xyz), "{srgb} {xyz} {lab} {luv} {oklab}");
+    for (y, expected) in [srgb, xyz, lab, luv, oklab].into_iter().zip([0.33, 0.51, 0.45, 0.45, 0.46]) {
+        assert!((y - expected).abs() < 0.01, "{y} {expected}");
+    }
+    // "CIELAB introduces some undesirable purple when interpolating from blue to yellow": midway along the first side.
+    let middle = |space: &str| {
+        let mesh = in_space(space);
+        mesh.colour.decode(mesh.evaluate(0, 0.5, 0.0).1)
+    };
+    let (lab, luv) = (middle("lab"), middle("luv"));
+    assert!(lab.x - lab.y > 0.2 && lab.z - lab.y > 0.1, "purple: {lab}");
+    assert!((luv.x - luv.y).abs() < 0.01 && (luv.z - luv.y).abs() < 0.06, "nearly grey: {luv}");
+    let srgb = middle("srgb");
+    assert!((srgb.truncate() - 0.5).abs().max_element() < 1e-12, "{srgb}");
 }
 
 #[test]

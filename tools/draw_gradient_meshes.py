@@ -357,6 +357,16 @@ def still_life():
     return d
 
 
+def colour_spaces():
+    """Two rows of three patches in pure colours, as the paper compares spaces with (Fig. 18): blue beside yellow, red beside
+    cyan, green beside red."""
+    d = Drawing("colour_spaces")
+    red, yellow, green, cyan, blue, magenta = [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1]
+    grid = [[blue, yellow, red, cyan], [yellow, magenta, green, red], [green, blue, yellow, blue]]
+    d.sheet(lambda u, v: (40 * u, 40 * v), [0, 1, 2, 3], [0, 1, 2], lambda u, v, i, j: grid[v][u])
+    return d
+
+
 def renumbered(operations, by):
     """Operations that were written when there were only eight patches: numbers of split parts move up."""
     move = lambda p: p if p < 8 else p + by
@@ -376,7 +386,7 @@ def renumbered(operations, by):
 def main():
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent / "scenes" / "ferguson"
     folder.mkdir(parents=True, exist_ok=True)
-    for drawing in (local_refinement(), sections(), radial(), branching(), sharp_colours(), still_life()):
+    for drawing in (local_refinement(), sections(), radial(), branching(), sharp_colours(), still_life(), colour_spaces()):
         drawing.write(folder)
 
 

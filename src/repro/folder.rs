@@ -221,7 +221,9 @@ mod tests {
             (0..3).flat_map(|index| ids(plan(&[], Some(Shard { index, of: 3 })).unwrap())).collect();
         parts.sort_by_key(|id| whole.iter().position(|other| other == id));
         assert_eq!(parts, whole);
-        assert_eq!(ids(plan(&["Fig18".to_owned()], None).unwrap()), ["zhhk22-fig18"]);
+        assert_eq!(ids(plan(&["ZHHK22-Fig18".to_owned()], None).unwrap()), ["zhhk22-fig18"]);
+        // Of all papers that have one.
+        assert!(ids(plan(&["Fig18".to_owned()], None).unwrap()).contains(&"blhk18-fig18"));
         assert!(matches!(plan(&["fig1".to_owned()], None), Err(ReproError::Request(_))));
     }
 

@@ -10,6 +10,7 @@
 //! from the program's own commands, run in the output folder, so a reader can run each of them again and see the same.
 //! `figure.json` is written last: a folder that has none is half made, and made anew by the next run.
 
+mod blhk18;
 mod error;
 mod folder;
 pub mod plot;
@@ -38,4 +39,15 @@ pub struct Figure {
 }
 
 /// All figures, in the order of the report.
-pub const FIGURES: &[Figure] = &[zhhk22::table_1::FIGURE, zhhk22::fig_18::FIGURE, zhhk22::fig_20::FIGURE];
+pub const FIGURES: &[Figure] = &[
+    zhhk22::table_1::FIGURE,
+    zhhk22::fig_18::FIGURE,
+    zhhk22::fig_20::FIGURE,
+    blhk18::table_1::FIGURE,
+    blhk18::fig_4::FIGURE,
+    blhk18::fig_6::FIGURE,
+    blhk18::fig_9::FIGURE,
+    blhk18::fig_13::FIGURE,
+    blhk18::fig_15::FIGURE,
+    blhk18::fig_18::FIGURE,
+];

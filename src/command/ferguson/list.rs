@@ -20,8 +20,11 @@ struct Patch {
     /// The patch of level 0 that it is part of, and the part: u0, v0, u1, v1.
     root: u32,
     part: [f64; 4],
-    /// Points at corners A to D, and T-sections on sides 0 to 3.
+    /// Points at corners A to D.
     points: [u32; 4],
+    /// Of the corners, which are T-sections of another patch's side.
+    inherits: [bool; 4],
+    /// T-sections on sides 0 to 3.
     sections: [usize; 4],
     /// x, y, and the colour channels in the scene's space, of 16 points: row by row from corner A, u first.
     control: Vec<[f64; 6]>,
@@ -40,6 +43,7 @@ pub fn patches(ferguson: &Ferguson, global: &Global) -> Result<(), Failure> {
             root: patch.root,
             part: patch.rect,
             points: patch.corners.map(|c| c.point),
+            inherits: patch.corners.map(|c| mesh.points[c.point as usize].on.is_some()),
             sections: [0, 1, 2, 3].map(|i| mesh.sections(HalfEdge::new(p, i)).len()),
             control: control.collect(),
         }
