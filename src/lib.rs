@@ -31,6 +31,7 @@
 //! | [`refine`](mod@refine) | which faces are affected, and the meshes of the levels |
 //! | [`ferguson`] | locally refinable gradient meshes (BLHK18): curves and patches with T-sections, exact splits, edits |
 //! | [`patch`] | control points, transition parts, the CPU evaluator, the cast to single precision |
+//! | [`incremental`] | what an edit touches: values of kept levels, control points of kept patches |
 //! | [`camera`] | eyes for scenes in space |
 //! | [`gpu`] | devices, pipelines, pictures, times, read-back; the only room with `unsafe` |
 //! | [`check`] | the limit by a road of its own; errors of pictures, folds, cracks |
@@ -112,7 +113,7 @@
 //! | 6 Figs. 20, 21: frame times | [`timing`], `gradtess bench`; the figures themselves are not drawn |
 //! | 7 irregular faces affected down to some level | [`refine::Mode::Adaptive`]'s `isolate` |
 //! | 7 Fig. 22: bicubic against Gregory | [`patch::points::Irregular`], `--patches bicubic` |
-//! | 7.2 local updates of the buffers, several cores | - |
+//! | 7.2 local updates of the buffers, several cores | [`incremental`], [`gpu::Gpu::update_points`]; several cores: - |
 //! | App. A index mapping, Fig. A.1 | [`subdiv::index_map`]; two errata below |
 //! | App. B limit, (B.1), Fig. B.1 | [`subdiv::limit::limit`] |
 //! | App. B inverse, (B.2) | [`subdiv::limit::control_for_limit`] |
@@ -158,6 +159,7 @@ pub mod edit;
 pub mod ferguson;
 pub mod gpu;
 pub mod image;
+pub mod incremental;
 pub mod mesh;
 pub mod patch;
 pub mod refine;

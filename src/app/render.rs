@@ -78,8 +78,16 @@ impl Renderer {
         let mut upload = None;
         if self.table.is_none() || self.drawn.as_ref().is_none_or(|(revision, _)| *revision != model.revision) {
             let start = Instant::now();
+            let changed = self.drawn.as_ref().and_then(|(revision, _)| model.changed_since(*revision));
+            // Until it is drawn, nobody knows what is on the device.
+            self.drawn = None;
             match &mut self.table {
-                Some(table) => self.gpu.update(table, &model.table)?,
+                Some(table) => match changed {
+                    Some(changed) => {
+                        self.gpu.update_points(table, &model.table, &changed)?;
+                    }
+                    None => self.gpu.update(table, &model.table)?,
+                },
                 None => self.table = Some(self.gpu.upload(&model.table)?),
             }
             upload = Some(start.elapsed());

@@ -1,12 +1,14 @@
 //! A scene with everything that follows from it.
 
 use super::EditError;
+use crate::incremental::{between, update, Index, Kept, ValueEdit};
 use crate::mesh::{self, HalfEdgeMesh, ShapeNote};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
 use crate::patch::PatchTable;
 use crate::refine::{refine, Mode, Options, Refinement, Rules};
 use crate::scene::Scene;
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// How the scene is turned into patches.
@@ -42,7 +44,14 @@ pub struct Model {
     pub revision: u64,
     /// Wall time of the last refinement and of the last patch table.
     pub times: [Duration; 2],
+    /// Ways back from edits to patches, once an edit was followed in place.
+    index: Option<Index>,
+    /// Control points that the latest revisions changed in place, the last one last.
+    steps: VecDeque<(u64, Vec<u32>)>,
 }
+
+/// Revisions whose changes are remembered, for whoever has seen one of them.
+const STEPS: usize = 16;
 
 impl Model {
     /// Builds everything.
@@ -60,16 +69,66 @@ impl Model {
             drawing,
             revision: 0,
             times: [Duration::ZERO; 2],
+            index: None,
+            steps: VecDeque::new(),
         };
         model.draw(drawing)?;
         Ok(model)
     }
 
-    /// Takes another scene, and everything that follows. After an error the model is as it was.
+    /// Takes another scene, and everything that follows: in place where only values differ ([`crate::incremental`]). After an error the model is as it was.
     ///
     /// # Errors
     /// As [`Model::new`].
     pub fn set(&mut self, scene: Scene) -> Result<(), EditError> {
+        if self.follow(&scene) {
+            self.scene = scene;
+            self.revision += 1;
+            return Ok(());
+        }
+        self.rebuild(scene)
+    }
+
+    /// Follows what changes in place; `false` where that cannot be done.
+    fn follow(&mut self, scene: &Scene) -> bool {
+        if self.drawing.mode != (Mode::Adaptive { isolate: 0 }) || self.table.faces.is_empty() {
+            return false;
+        }
+        let Some(edits) = between(&self.scene, scene) else { return false };
+        let Model { scene: own, mesh, refinement, table, .. } = self;
+        let index = self.index.get_or_insert_with(|| Index::new(own, mesh, refinement, table));
+        let mut kept = Kept { scene: own, mesh, refinement, table, irregular: self.drawing.irregular };
+        let Some(touched) = update(index, &mut kept, &edits) else {
+            // The levels are half-way, what is drawn of them too; the mesh has its new positions.
+            self.index = None;
+            self.notes = mesh::shape_notes(&self.mesh);
+            return false;
+        };
+        if edits.iter().any(|e| matches!(e, ValueEdit::Position(..))) {
+            self.notes = mesh::shape_notes(&self.mesh);
+        }
+        self.times = touched.times;
+        self.steps.push_back((self.revision + 1, touched.control));
+        if self.steps.len() > STEPS {
+            self.steps.pop_front();
+        }
+        true
+    }
+
+    /// Control points that differ from those of an earlier revision, ascending; `None` where more than control points
+    /// does, or it is too long ago.
+    pub fn changed_since(&self, revision: u64) -> Option<Vec<u32>> {
+        let newer: Vec<&(u64, Vec<u32>)> = self.steps.iter().filter(|s| s.0 > revision).collect();
+        if newer.len() as u64 != self.revision.checked_sub(revision)? {
+            return None;
+        }
+        let mut changed: Vec<u32> = newer.iter().flat_map(|s| &s.1).copied().collect();
+        changed.sort_unstable();
+        changed.dedup();
+        Some(changed)
+    }
+
+    fn rebuild(&mut self, scene: Scene) -> Result<(), EditError> {
         let same = scene.mesh.corners == self.scene.mesh.corners && scene.mesh.face_start == self.scene.mesh.face_start;
         let mut mesh = if same { self.mesh.clone() } else { mesh::build(&scene.mesh)? };
         if same {
@@ -91,6 +150,8 @@ impl Model {
             self.notes = mesh::shape_notes(&mesh);
         }
         (self.scene, self.mesh, self.refinement) = (scene, mesh, refinement);
+        self.index = None;
+        self.steps.clear();
         self.revision += 1;
         Ok(())
     }
@@ -110,7 +171,7 @@ impl Model {
     /// A global level that is too large.
     pub fn draw(&mut self, drawing: Drawing) -> Result<(), EditError> {
         let before = std::mem::replace(&mut self.drawing, drawing);
-        let done = self.set(self.scene.clone());
+        let done = self.rebuild(self.scene.clone());
         if done.is_err() {
             self.drawing = before;
         }

@@ -199,6 +199,20 @@ impl Commands {
         then: Option<vk::Semaphore>,
         record: impl FnOnce(vk::CommandBuffer) -> Result<(), GpuError>,
     ) -> Result<Submission, GpuError> {
+        let [record_ns, submit_ns] = self.submit(wait, then, record)?;
+        Ok(Submission { record_ns, submit_ns, wait_ns: self.wait()? })
+    }
+
+    /// Records and submits; the times of both. [`Commands::wait`] has to follow before this is run again or dropped.
+    ///
+    /// # Errors
+    /// As [`Commands::run`].
+    pub fn submit(
+        &self,
+        wait: Option<vk::Semaphore>,
+        then: Option<vk::Semaphore>,
+        record: impl FnOnce(vk::CommandBuffer) -> Result<(), GpuError>,
+    ) -> Result<[u64; 2], GpuError> {
         let device = &self.context.device;
         let start = Instant::now();
         let begin = vk::CommandBufferBeginInfo::builder().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -225,8 +239,16 @@ impl Commands {
             device.reset_fences(&[self.fence]).named("vkResetFences", &self.name)?;
             device.queue_submit(self.context.queue, &submits, self.fence).named("vkQueueSubmit", &self.name)?;
         }
-        let submit_ns = elapsed(start);
+        Ok([record_ns, elapsed(start)])
+    }
 
+    /// Waits until the GPU is done with what was submitted last; the time that took. After an error the device is idle or
+    /// lost.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn wait(&self) -> Result<u64, GpuError> {
+        let device = &self.context.device;
         let start = Instant::now();
         // SAFETY: the fence was submitted.
         let waited = unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) };
@@ -235,7 +257,7 @@ impl Commands {
             let _ = unsafe { device.device_wait_idle() };
         }
         waited.named("vkWaitForFences", &self.name)?;
-        Ok(Submission { record_ns, submit_ns, wait_ns: elapsed(start) })
+        Ok(elapsed(start))
     }
 }
 

@@ -22,6 +22,7 @@ mod error;
 mod instance;
 mod layout;
 mod memory;
+mod partial;
 mod pipeline;
 mod query;
 mod readback;
@@ -39,6 +40,7 @@ pub use device::{DeviceInfo, Limits};
 pub use draw::{Canvas, Format, Frame, FrameTimes, Pixels, PreparedFrame, Rendered};
 pub use error::GpuError;
 pub use instance::Message;
+pub use partial::Uploaded;
 pub use query::{GpuSpan, GpuTimes, Statistics};
 pub use readback::EvaluatedPoint;
 pub use show::{level_colour, patch_colour, Show, WIRE_COLOUR};
@@ -149,6 +151,28 @@ impl Gpu {
     /// As [`Gpu::upload`]; `into` is empty then.
     pub fn update(&self, into: &mut DeviceTable, table: &PatchTable) -> Result<(), GpuError> {
         table::update(&self.context, table, into)
+    }
+
+    /// Copies the control points `changed` (numbers, ascending) of a table whose other numbers are on the device: what a
+    /// frame after an edit in place does. Waits for nothing but the upload three before.
+    ///
+    /// # Errors
+    /// `into` holds a table of another shape, or memory ran out; a whole [`Gpu::update`] is then to be made.
+    pub fn update_points(
+        &self,
+        into: &mut DeviceTable,
+        table: &PatchTable,
+        changed: &[u32],
+    ) -> Result<Uploaded, GpuError> {
+        partial::update_points(&self.context, table, changed, into)
+    }
+
+    /// The table as it is on the device: control points and indices, byte by byte. For tests.
+    ///
+    /// # Errors
+    /// Memory ran out, or the device is lost.
+    pub fn read_table(&self, table: &mut DeviceTable) -> Result<(Vec<u8>, Vec<u8>), GpuError> {
+        partial::read_back(&self.context, table)
     }
 
     /// Where the device's timestamps stand on the host's clock; `None` where the driver cannot say.

@@ -3,6 +3,7 @@
 use super::context::{Commands, Context};
 use super::error::GpuError;
 use super::memory::{bytes_of, Buffer};
+use super::partial::Ring;
 use super::query::{Scope, Timestamps};
 use crate::patch::pack::pack;
 use crate::patch::space::Interpolation;
@@ -15,12 +16,15 @@ use std::rc::Rc;
 /// A patch table on the device: control points, indices and the list of its ranges. It may outlive the `Gpu` that
 /// made it, which then lives on in it.
 pub struct DeviceTable {
+    // Dropped first: it may hold copies into the buffers that are on their way.
+    pub(super) ring: Ring,
+    /// Bytes of control points and of indices.
+    pub(super) lengths: [u64; 2],
     pub(super) ranges: Vec<DrawRange>,
     pub(super) colour: Interpolation,
     // None: the table is empty.
     pub(super) buffers: Option<TableBuffers>,
     pub(super) upload_ns: Option<u64>,
-    bytes: u64,
     // What the next update can use again; only of tables that are updated.
     uploader: Option<Uploader>,
 }
@@ -33,7 +37,7 @@ pub(super) struct TableBuffers {
 impl DeviceTable {
     /// Bytes of control points and indices on the device: 32 a control point, 4 an index.
     pub fn bytes(&self) -> u64 {
-        self.bytes
+        self.lengths[0] + self.lengths[1]
     }
 
     /// The draw ranges, as in the table that was uploaded.
@@ -54,7 +58,8 @@ pub(super) fn upload(context: &Rc<Context>, table: &PatchTable) -> Result<Device
         colour: table.colour,
         buffers: None,
         upload_ns: None,
-        bytes: 0,
+        ring: Ring::default(),
+        lengths: [0; 2],
         uploader: None,
     };
     fill(context, table, &mut made, 0)?;
@@ -70,9 +75,11 @@ pub(super) fn update(context: &Rc<Context>, table: &PatchTable, into: &mut Devic
 
 /// `spare`: new buffers are larger by one part in this many; 0: not larger.
 fn fill(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable, spare: u64) -> Result<(), GpuError> {
+    // The buffers may be on their way out.
+    into.ring.finish()?;
     let (uploader, buffers) = (into.uploader.take(), into.buffers.take());
     into.ranges.clear();
-    (into.upload_ns, into.bytes) = (None, 0);
+    (into.upload_ns, into.lengths) = (None, [0; 2]);
     check(table, context.info.limits.max_index)?;
     let packed = pack(table);
     let (control, indices) = (bytes_of(&packed.control), bytes_of(&packed.indices));
@@ -83,7 +90,7 @@ fn fill(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable, spare
         };
         let fits = |buffer: &Buffer, bytes: &[u8]| buffer.size >= bytes.len() as u64;
         let on_device = |name: &str, bytes: &[u8], usage| {
-            let usage = usage | vk::BufferUsageFlags::TRANSFER_DST;
+            let usage = usage | vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;
             Buffer::new(context, name, room(bytes), usage, MemoryLocation::GpuOnly)
         };
         let mut uploader = match uploader {
@@ -100,7 +107,7 @@ fn fill(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable, spare
         into.upload_ns = uploader.copy(context, &buffers, control, indices)?;
         (into.buffers, into.uploader) = (Some(buffers), Some(uploader));
     }
-    into.bytes = (control.len() + indices.len()) as u64;
+    into.lengths = [control.len() as u64, indices.len() as u64];
     into.ranges.extend_from_slice(&table.ranges);
     into.colour = table.colour;
     Ok(())

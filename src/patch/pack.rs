@@ -1,6 +1,6 @@
 //! The one cast from f64 to f32: what the GPU gets of a patch table.
 
-use super::PatchTable;
+use super::{ControlPoint, PatchTable};
 
 /// A patch table in the GPU's precision.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -9,6 +9,12 @@ pub struct PackedTable {
     pub control: Vec<[f32; 8]>,
     /// Index arrays of all ranges, as in [`PatchTable::indices`].
     pub indices: Vec<u32>,
+}
+
+/// Rounds every channel of one control point, as [`pack`].
+#[inline]
+pub fn pack_point(point: &ControlPoint) -> [f32; 8] {
+    point.map(|x| x as f32 + 0.0)
 }
 
 /// Rounds every channel to the nearest f32. Negative zero becomes zero, so that equal numbers are equal bits.
@@ -21,7 +27,7 @@ pub fn pack(table: &PatchTable) -> PackedTable {
 /// The same in memory that was used before, for the reason of [`super::build::rebuild`].
 pub fn repack(table: &PatchTable, packed: &mut PackedTable) {
     packed.control.clear();
-    packed.control.extend(table.control.iter().map(|point| point.map(|x| x as f32 + 0.0)));
+    packed.control.extend(table.control.iter().map(pack_point));
     packed.indices.clone_from(&table.indices);
 }
 

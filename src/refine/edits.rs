@@ -156,7 +156,8 @@ pub fn resolve(scene: &Scene, map: &IndexMap) -> Result<Edits, EditError> {
     Ok(edits)
 }
 
-fn resolve_paint(index: usize, e: &ColourEdit, map: &IndexMap) -> Result<Paint, EditError> {
+/// Resolves one colour edit.
+pub(crate) fn resolve_paint(index: usize, e: &ColourEdit, map: &IndexMap) -> Result<Paint, EditError> {
     if e.level > MAX_LEVEL {
         return Err(EditError::TooDeep { what: "colour", index, level: e.level });
     }

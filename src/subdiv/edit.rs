@@ -42,19 +42,28 @@ pub fn move_vertices(level: &mut Level, moves: &[LocalMove]) {
 
 /// A half-edge that leaves the moved vertex, and the step.
 fn displacement(level: &Level, m: &LocalMove) -> (u32, DVec2) {
-    let h = m.half_edge;
     let at = |v: u32| level.value[v as usize].p;
-    let (spoke, end1, end2) = match m.anchor {
+    let (spoke, end1, end2) = frame(level, m);
+    let v = level.origin[spoke as usize];
+    (spoke, step(m, at(end1) - at(v), at(end2) - at(v)))
+}
+
+/// A half-edge that leaves the moved vertex, and the vertices that its local frame points to.
+pub fn frame(level: &Level, m: &LocalMove) -> (u32, u32, u32) {
+    let h = m.half_edge;
+    match m.anchor {
         Anchor::Sector => (h, level.target(h), level.origin[level.prev(h) as usize]),
         Anchor::SectorBeyond | Anchor::Boundary => {
             let spoke = level.next(h);
             let first = level.fan_start(spoke, |_| false);
             (spoke, level.origin[h as usize], level.target(first))
         }
-    };
-    let v = level.origin[spoke as usize];
-    let (e1, e2) = (at(end1) - at(v), at(end2) - at(v));
-    let step = match m.anchor {
+    }
+}
+
+/// The step of a geometry edit in the frame `e1`, `e2`.
+pub fn step(m: &LocalMove, e1: DVec2, e2: DVec2) -> DVec2 {
+    match m.anchor {
         Anchor::Boundary => {
             let start = e1.y.atan2(e1.x);
             let mut angle = e2.y.atan2(e2.x) - start;
@@ -65,8 +74,7 @@ fn displacement(level: &Level, m: &LocalMove) -> (u32, DVec2) {
             DVec2::from_angle(start + angle * m.a) * length
         }
         _ => e1 * m.a + e2 * m.b,
-    };
-    (spoke, step)
+    }
 }
 
 /// The inverse of a sector edit: the `(a, b)` that moves the origin of `h` by `step`; `None` if the frame is flat.

@@ -3,6 +3,7 @@
 pub mod catmull_clark;
 pub mod edit;
 pub mod fan;
+pub mod gather;
 pub mod index_map;
 pub mod level;
 pub mod limit;

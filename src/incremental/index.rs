@@ -1,0 +1,289 @@
+//! What a rebuild does not keep: the way back from a vertex, a face or an edit to what stands where.
+
+use crate::mesh::{HalfEdgeMesh, NONE};
+use crate::patch::transition::{constellation, parts_of, PARTS};
+use crate::patch::{Kind, PatchTable};
+use crate::refine::edits::{resolve, resolve_paint};
+use crate::refine::{fate, Refinement};
+use crate::scene::Scene;
+use crate::subdiv::edit::{frame, LocalMove};
+use crate::subdiv::gather::Around;
+use crate::subdiv::index_map::{IndexMap, Slot};
+use crate::subdiv::level::{Level, CUT};
+use std::collections::HashMap;
+
+/// A geometry edit at its place in a level.
+pub(super) struct PlacedMove {
+    /// Where; its coordinates are those of the scene's entry.
+    pub local: LocalMove,
+    /// Entry of [`Scene::geometry`].
+    pub entry: u32,
+    /// The vertex it moves and the two that its frame points to.
+    pub vertices: [u32; 3],
+}
+
+/// Where a painted sector has its colour from.
+#[derive(Clone, Copy)]
+pub(super) enum Source {
+    /// Entry of [`Scene::colours`].
+    Edit(u32),
+    /// Entry of [`Scene::corner_colours`].
+    Corner(u32),
+}
+
+/// Inverse indices of one level, and scratch that is clean between updates.
+pub(super) struct LevelIndex {
+    pub around: Around,
+    /// Half-edge one level up that each face grew from; empty at level 0.
+    pub parent: Vec<u32>,
+    /// Entry of each face in the table's faces, or [`NONE`].
+    pub drawn: Vec<u32>,
+    /// Geometry edits of the level in the order in which they are added.
+    pub moves: Vec<PlacedMove>,
+    /// Moves of a vertex, and moves whose frame reads it.
+    pub moved: HashMap<u32, Vec<u32>>,
+    pub read: HashMap<u32, Vec<u32>>,
+    /// Painted sectors (half-edge, colour), those of a vertex together; where each vertex's begin, and the end.
+    pub paints: Vec<(u32, Source)>,
+    pub group: Vec<u32>,
+    /// Group that spreads over each vertex, or [`NONE`]. Empty without paints.
+    pub painted: Vec<u32>,
+    /// First control point that this level made.
+    pub first_point: u32,
+    /// Scratch, by vertex.
+    pub vertex_mark: Vec<u32>,
+    /// Scratch, by face.
+    pub face_mark: Vec<u32>,
+}
+
+/// Inverse indices of a refined scene and its patches. See [`Index::new`].
+pub struct Index {
+    pub(super) levels: Vec<LevelIndex>,
+    /// Where each edited point of M^0 goes: its entry in the handles or (true) in the face points.
+    pub(super) placed: HashMap<u32, (bool, u32)>,
+    /// Point of M^0 of each entry that holds.
+    pub(super) point_of: HashMap<(bool, u32), u32>,
+    /// Half-edges that leave each input vertex.
+    pub(super) input: Around,
+    /// Level of each geometry edit that is applied, and its place among the level's moves.
+    pub(super) move_of: HashMap<u32, (u32, u32)>,
+    /// Level and group of each colour edit that is applied.
+    pub(super) group_of: HashMap<u32, (u32, u32)>,
+    /// Whether two colour edits name one sector: the order decides then, and nothing is followed locally.
+    pub(super) twice: bool,
+    /// First entries in the table's indices of each transition face's parts.
+    pub(super) parts: Vec<(u32, [u32; 4])>,
+    /// Last number used to mark scratch.
+    pub(super) epoch: u32,
+}
+
+impl Index {
+    /// Indices for a refined scene and the table that was built of it. Time and memory linear in the levels.
+    ///
+    /// # Panics
+    /// If the refinement is not that of the scene.
+    pub fn new(scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement, table: &PatchTable) -> Index {
+        let mut drawn = 0;
+        let mut levels: Vec<LevelIndex> = Vec::new();
+        for (l, (level, fates)) in refinement.levels.iter().zip(&refinement.fates).enumerate() {
+            let above = l.checked_sub(1).map(|l| &refinement.levels[l]);
+            let mut parent = vec![0; above.map_or(0, |_| level.faces())];
+            for (h, &c) in above.iter().flat_map(|a| a.child.iter().enumerate()) {
+                if c < CUT {
+                    parent[c as usize] = h as u32;
+                }
+            }
+            let numbers = fates.iter().enumerate().map(|(f, &fate)| {
+                if fate & fate::DRAWN != 0 && level.valence(f as u32) == 4 {
+                    drawn += 1;
+                    drawn - 1
+                } else {
+                    NONE
+                }
+            });
+            levels.push(LevelIndex {
+                around: Around::new(level),
+                parent,
+                drawn: numbers.collect(),
+                moves: Vec::new(),
+                moved: HashMap::new(),
+                read: HashMap::new(),
+                paints: Vec::new(),
+                group: Vec::new(),
+                painted: Vec::new(),
+                first_point: 0,
+                vertex_mark: vec![0; level.vertices()],
+                face_mark: vec![0; level.faces()],
+            });
+        }
+        assert_eq!(drawn as usize, table.faces.len(), "the table belongs to the refinement");
+        let mut first = 0;
+        let mut faces = table.faces.iter().peekable();
+        for (l, level) in levels.iter_mut().enumerate() {
+            level.first_point = first;
+            while let Some(face) = faces.next_if(|f| f.level == l as u32) {
+                let at = face.first as usize;
+                let last = table.indices[at..at + face.kind.points()].iter().max().expect("a face has points");
+                first = first.max(last + 1);
+            }
+        }
+        let input = Level { origin: mesh.origin.clone(), bits: vec![0; mesh.positions.len()], ..Level::default() };
+        let mut index = Index {
+            levels,
+            placed: HashMap::new(),
+            point_of: HashMap::new(),
+            input: Around::new(&input),
+            move_of: HashMap::new(),
+            group_of: HashMap::new(),
+            twice: false,
+            parts: part_positions(table),
+            epoch: 0,
+        };
+        index.place_points(scene, mesh);
+        index.place_moves(scene, mesh, refinement);
+        index.place_paints(scene, mesh, refinement);
+        index
+    }
+
+    fn place_points(&mut self, scene: &Scene, mesh: &HalfEdgeMesh) {
+        let edge = mesh.vertices();
+        let face = edge + mesh.half_edges() + mesh.boundary_edges();
+        // Where two name one point, the later one holds.
+        for (i, handle) in scene.handles.iter().enumerate() {
+            self.placed.insert(edge + handle.half_edge, (false, i as u32));
+        }
+        for (i, handle) in scene.face_points.iter().enumerate() {
+            self.placed.insert(face + handle.half_edge, (true, i as u32));
+        }
+        self.point_of = self.placed.iter().map(|(&point, &entry)| (entry, point)).collect();
+    }
+
+    fn place_moves(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement) {
+        let edits = resolve(scene, &IndexMap::new(mesh)).expect("the scene was refined");
+        // The same order as that of the resolved edits.
+        let mut entries: Vec<u32> = (0..scene.geometry.len() as u32).collect();
+        entries.sort_by_key(|&i| scene.geometry[i as usize].level);
+        for (m, entry) in edits.moves.iter().zip(entries) {
+            let Some(half_edge) = local(refinement, m.level, m.slot) else { continue };
+            let local = LocalMove { half_edge, anchor: m.anchor, a: m.a, b: m.b };
+            let level = &refinement.levels[m.level as usize];
+            let (spoke, end1, end2) = frame(level, &local);
+            let vertices = [level.origin[spoke as usize], end1, end2];
+            let own = &mut self.levels[m.level as usize];
+            let number = own.moves.len() as u32;
+            own.moved.entry(vertices[0]).or_default().push(number);
+            for v in vertices {
+                own.read.entry(v).or_default().push(number);
+            }
+            own.moves.push(PlacedMove { local, entry, vertices });
+            self.move_of.insert(entry, (m.level, number));
+        }
+    }
+
+    fn place_paints(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement) {
+        let map = IndexMap::new(mesh);
+        let mut paints: Vec<Vec<(u32, u32, Source)>> = vec![Vec::new(); self.levels.len()];
+        let mut add = |l: u32, h: u32, source| {
+            paints[l as usize].push((refinement.levels[l as usize].origin[h as usize], h, source));
+        };
+        let mut painted = vec![false; scene.corner_colours.len()];
+        for (i, e) in scene.colours.iter().enumerate() {
+            let p = resolve_paint(i, e, &map).expect("the scene was refined");
+            if let Some(h) = local(refinement, p.level, p.slot) {
+                add(p.level, h, Source::Edit(i as u32));
+            }
+            if p.level == 0 && !painted.is_empty() {
+                painted[(p.slot >> 3) as usize] = true;
+            }
+        }
+        for (h, _) in painted.iter().enumerate().filter(|&(_, &edited)| !edited) {
+            add(0, 8 * h as u32, Source::Corner(h as u32));
+        }
+        for (l, mut list) in paints.into_iter().enumerate() {
+            list.sort_by_key(|&(v, h, _)| (v, h));
+            self.twice |= list.windows(2).any(|w| w[0].1 == w[1].1);
+            let (level, own) = (&refinement.levels[l], &mut self.levels[l]);
+            if list.is_empty() {
+                continue;
+            }
+            own.painted = vec![NONE; level.vertices()];
+            for same in list.chunk_by(|a, b| a.0 == b.0) {
+                let group = own.group.len() as u32;
+                own.group.push(own.paints.len() as u32);
+                own.painted[same[0].0 as usize] = group;
+                for &h in own.around.of(same[0].0) {
+                    let a = level.next(h);
+                    for g in [a, level.next(a), level.prev(h)] {
+                        own.painted[level.origin[g as usize] as usize] = group;
+                    }
+                }
+                for &(_, h, source) in same {
+                    own.paints.push((h, source));
+                    if let Source::Edit(i) = source {
+                        self.group_of.insert(i, (l as u32, group));
+                    }
+                }
+            }
+            own.group.push(own.paints.len() as u32);
+        }
+    }
+
+    /// Number that no scratch holds yet.
+    pub(super) fn next_epoch(&mut self) -> u32 {
+        if self.epoch == u32::MAX {
+            for level in &mut self.levels {
+                level.vertex_mark.fill(0);
+                level.face_mark.fill(0);
+            }
+            self.epoch = 0;
+        }
+        self.epoch += 1;
+        self.epoch
+    }
+
+    /// Bytes held, without those of the few edits.
+    pub fn bytes(&self) -> usize {
+        let level = |l: &LevelIndex| {
+            let lists = [&l.parent, &l.drawn, &l.painted, &l.vertex_mark, &l.face_mark, &l.group];
+            l.around.bytes() + lists.iter().map(|v| 4 * v.capacity()).sum::<usize>() + 16 * l.paints.capacity()
+        };
+        self.input.bytes() + self.levels.iter().map(level).sum::<usize>() + 20 * self.parts.capacity()
+    }
+}
+
+/// Half-edge of a slot in its level, `None` where the face is not there.
+fn local(refinement: &Refinement, level: u32, slot: Slot) -> Option<u32> {
+    let mut h = (slot >> (2 * level)) as u32;
+    for l in 0..level {
+        let child = *refinement.levels.get(l as usize)?.child.get(h as usize)?;
+        if child >= CUT {
+            return None;
+        }
+        h = 4 * child + (slot >> (2 * (level - l - 1)) & 3) as u32;
+    }
+    refinement.levels.get(level as usize).map(|_| h)
+}
+
+/// First index of each part of each transition face. Parts stand in their ranges in the order of the faces.
+pub(super) fn part_positions(table: &PatchTable) -> Vec<(u32, [u32; 4])> {
+    const KINDS: [Kind; 2] = [Kind::Bicubic, Kind::Gregory];
+    let mut at: [[u32; PARTS.len()]; 2] = [[NONE; PARTS.len()]; 2];
+    for range in &table.ranges {
+        if let (Some(part), Some(kind)) = (range.part, KINDS.iter().position(|&k| k == range.kind)) {
+            let first = &mut at[kind][part as usize];
+            // The levels of a part follow each other.
+            *first = (*first).min(range.first);
+        }
+    }
+    let mut found = Vec::new();
+    for (i, face) in table.faces.iter().enumerate().filter(|(_, f)| f.transition != 0) {
+        let kind = usize::from(face.kind == Kind::Gregory);
+        let mut firsts = [NONE; 4];
+        for (first, part) in firsts.iter_mut().zip(parts_of(constellation(face.transition))) {
+            *first = at[kind][part];
+            at[kind][part] += (face.kind.points() + crate::patch::transition::EXTRA_POINTS) as u32;
+        }
+        found.push((i as u32, firsts));
+    }
+    found
+}

@@ -1,0 +1,248 @@
+//! After any edit, undo or redo the state that followed it is that of a fresh rebuild: the same table, bit for bit.
+
+mod gpu_support;
+mod random_scene;
+
+use glam::{DVec2, DVec4};
+use gradtess::incremental::{between, Outcome, State};
+use gradtess::patch::pack::pack;
+use gradtess::patch::points::Irregular;
+use gradtess::patch::PatchTable;
+use gradtess::refine::{Mode, Options, Rules};
+use gradtess::scene::{ColourEdit, Frame, GeometryEdit, Handle, Scene};
+use gradtess::subdiv::index_map::IndexMap;
+use random_scene::for_random_scenes;
+use std::cell::Cell;
+
+/// A stream of numbers.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    /// -0.2 to 0.2.
+    fn small(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64 * 0.4 - 0.2
+    }
+
+    fn step(&mut self) -> DVec2 {
+        DVec2::new(self.small(), self.small())
+    }
+
+    /// Few different ones, so that neighbours are equal now and then.
+    fn colour(&mut self) -> DVec4 {
+        let n = self.below(6) as f64;
+        DVec4::new(n / 5.0, 1.0 - n / 7.0, 0.3, 1.0)
+    }
+}
+
+/// Something that a user might do; most often a change of values.
+fn edit(scene: &mut Scene, random: &mut Random) {
+    let mesh = gradtess::mesh::build(&scene.mesh).unwrap();
+    let map = IndexMap::new(&mesh);
+    match random.below(14) {
+        0 | 1 => {
+            let v = random.below(scene.mesh.positions.len());
+            scene.mesh.positions[v] += random.step();
+        }
+        2 | 3 if !scene.handles.is_empty() => {
+            let i = random.below(scene.handles.len());
+            scene.handles[i].at += random.step();
+        }
+        4 if !scene.face_points.is_empty() => {
+            let i = random.below(scene.face_points.len());
+            scene.face_points[i].at += random.step();
+        }
+        5 | 6 if !scene.geometry.is_empty() => {
+            let i = random.below(scene.geometry.len());
+            let step = random.step();
+            let e = &mut scene.geometry[i];
+            (e.a, e.b) = (e.a + step.x, e.b + step.y);
+        }
+        7 | 8 if !scene.colours.is_empty() => {
+            let i = random.below(scene.colours.len());
+            scene.colours[i].colour = random.colour();
+        }
+        9 if !scene.corner_colours.is_empty() => {
+            let i = random.below(scene.corner_colours.len());
+            scene.corner_colours[i] = random.colour();
+        }
+        // The others change the plan.
+        10 => {
+            let level = random.below(3) as u32;
+            let half_edge = random.next() % map.half_edges(level);
+            let vertex = Some(map.vertex(level, map.from_app_a(level, half_edge).unwrap()));
+            let step = random.step();
+            if scene.geometry.iter().all(|e| (e.level, e.half_edge) != (level, half_edge)) {
+                let e = GeometryEdit { level, half_edge, vertex, a: step.x, b: step.y, frame: Frame::Sector };
+                scene.geometry.push(e);
+            }
+        }
+        11 => {
+            let level = random.below(3) as u32;
+            let half_edge = random.next() % map.half_edges(level);
+            let colour = random.colour();
+            let free = scene.colours.iter().all(|e| (e.level, e.half_edge) != (level, half_edge));
+            if free && map.is_colour_vertex(level, map.from_app_a(level, half_edge).unwrap()) {
+                scene.colours.push(ColourEdit { level, half_edge, colour });
+            }
+        }
+        12 => {
+            let half_edge = random.below(mesh.half_edges() as usize) as u32;
+            match random.below(3) {
+                0 => scene.sharp.push(half_edge),
+                1 => {
+                    let at = mesh.positions[mesh.origin[half_edge as usize] as usize] + random.step();
+                    scene.face_points.push(Handle { half_edge, at });
+                }
+                _ => {
+                    let at = mesh.positions[mesh.origin[half_edge as usize] as usize] + random.step();
+                    scene.handles.push(Handle { half_edge, at });
+                }
+            }
+        }
+        _ => {
+            if !scene.geometry.is_empty() && random.below(2) == 0 {
+                scene.geometry.remove(random.below(scene.geometry.len()));
+            } else if !scene.colours.is_empty() {
+                scene.colours.remove(random.below(scene.colours.len()));
+            }
+        }
+    }
+}
+
+fn bits(table: &PatchTable) -> Vec<[u64; 8]> {
+    table.control.iter().map(|c| c.map(f64::to_bits)).collect()
+}
+
+fn assert_equal(state: &State, options: Options, irregular: Irregular, what: &str) {
+    let fresh = State::new(state.scene.clone(), options, irregular).unwrap();
+    assert_eq!(state.table.indices, fresh.table.indices, "{what}");
+    assert_eq!(state.table.ranges, fresh.table.ranges, "{what}");
+    assert_eq!(state.table.faces, fresh.table.faces, "{what}");
+    let (a, b) = (bits(&state.table), bits(&fresh.table));
+    let wrong: Vec<usize> = (0..a.len()).filter(|&i| a[i] != b[i]).collect();
+    assert!(wrong.is_empty() && a.len() == b.len(), "{what}: control points {wrong:?} of {}", a.len());
+    assert_eq!(state.refinement.fates, fresh.refinement.fates, "{what}");
+}
+
+#[test]
+fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
+    let (local, all) = (Cell::new(0), Cell::new(0));
+    for_random_scenes(120, |scene, _| {
+        let seed =
+            scene.mesh.positions.iter().fold(scene.colours.len() as u64, |s, p| s.rotate_left(7) ^ p.x.to_bits());
+        let mut random = Random(seed);
+        for (rules, irregular, isolate) in [
+            (Rules::Gradtess, Irregular::Gregory, 0),
+            (Rules::Authors, Irregular::Gregory, 0),
+            (Rules::Gradtess, Irregular::Bicubic, 2),
+        ] {
+            let options = Options { rules, mode: Mode::Adaptive { isolate } };
+            let mut state = State::new(scene.clone(), options, irregular).unwrap();
+            let (mut undo, mut redo) = (Vec::new(), Vec::new());
+            for step in 0..12 {
+                let before = state.scene.clone();
+                let next = match random.below(6) {
+                    0 if !undo.is_empty() => {
+                        redo.push(before.clone());
+                        undo.pop().unwrap()
+                    }
+                    1 if !redo.is_empty() => {
+                        undo.push(before.clone());
+                        redo.pop().unwrap()
+                    }
+                    _ => {
+                        let mut next = before.clone();
+                        edit(&mut next, &mut random);
+                        undo.push(before.clone());
+                        redo.clear();
+                        next
+                    }
+                };
+                let edits = between(&before, &next);
+                let outcome = state.set(next).unwrap();
+                all.set(all.get() + 1);
+                if let Outcome::Local(touched) = &outcome {
+                    local.set(local.get() + 1);
+                    let old = State::new(before, options, irregular).unwrap();
+                    let changed: Vec<u32> = bits(&old.table)
+                        .iter()
+                        .zip(bits(&state.table))
+                        .zip(0..)
+                        .filter(|((a, b), _)| *a != b)
+                        .map(|(_, i)| i)
+                        .collect();
+                    assert_eq!(touched.control, changed, "what is said to have changed did, and nothing else");
+                }
+                let what = format!("step {step}, {rules:?}, {irregular:?}: {edits:?}, {outcome:?}");
+                assert_equal(&state, options, irregular, &what);
+            }
+        }
+    });
+    println!("{} of {} steps local", local.get(), all.get());
+    assert!(2 * local.get() > all.get(), "most edits are followed in place");
+}
+
+#[test]
+fn the_device_has_what_the_host_has_after_partial_uploads() {
+    gpu_support::with_gpu(|gpu| {
+        let (partial, bytes) = (Cell::new(0), Cell::new([0u64; 2]));
+        for_random_scenes(12, |scene, _| {
+            let mut random = Random(scene.geometry.len() as u64 + 77 * scene.colours.len() as u64);
+            let mut state = State::new(scene.clone(), Options::default(), Irregular::Gregory).unwrap();
+            let mut device = gpu.upload(&state.table).unwrap();
+            for _ in 0..12 {
+                let mut next = state.scene.clone();
+                edit(&mut next, &mut random);
+                match state.set(next).unwrap() {
+                    Outcome::Local(touched) => {
+                        let done = gpu.update_points(&mut device, &state.table, &touched.control).unwrap();
+                        assert!(done.bytes >= 32 * touched.control.len() as u64 && done.bytes <= device.bytes());
+                        partial.set(partial.get() + 1);
+                        let [some, all] = bytes.get();
+                        bytes.set([some + done.bytes, all + device.bytes()]);
+                    }
+                    Outcome::Rebuilt => gpu.update(&mut device, &state.table).unwrap(),
+                }
+                let packed = pack(&state.table);
+                let (control, indices) = gpu.read_table(&mut device).unwrap();
+                let same = packed.control.iter().flatten().flat_map(|x| x.to_le_bytes()).eq(control);
+                assert!(same && packed.indices.iter().flat_map(|i| i.to_le_bytes()).eq(indices));
+            }
+            // Copies that nobody waited for, and a table that goes while they are on their way.
+            let all: Vec<u32> = (0..state.table.control.len() as u32).collect();
+            for _ in 0..5 {
+                gpu.update_points(&mut device, &state.table, &all).unwrap();
+            }
+        });
+        println!("{} partial uploads, {:?} bytes of those of whole tables", partial.get(), bytes.get());
+        assert!(partial.get() > 50);
+    });
+}
+
+#[test]
+fn a_partial_upload_of_another_table_is_refused() {
+    gpu_support::with_gpu(|gpu| {
+        let table = |name: &str| {
+            let mesh = gradtess::scene::shapes::builtin(name).unwrap();
+            State::new(Scene { mesh, ..Scene::default() }, Options::default(), Irregular::Gregory).unwrap().table
+        };
+        let (one, other) = (table("quad"), table("grid:2x2"));
+        let mut device = gpu.upload(&one).unwrap();
+        assert!(gpu.update_points(&mut device, &other, &[0]).is_err());
+        assert!(gpu.update_points(&mut device, &one, &[3, 2]).is_err());
+        assert!(gpu.update_points(&mut device, &one, &[one.control.len() as u32]).is_err());
+        assert!(gpu.update_points(&mut device, &one, &[]).is_ok_and(|done| done.bytes == 0));
+        assert!(gpu.update_points(&mut device, &one, &[1]).is_ok_and(|done| done.bytes == 32));
+    });
+}
