@@ -6,12 +6,13 @@ use glam::DVec3;
 use gpu_support::with_gpu;
 use gradtess::camera::{Camera, Projection};
 use gradtess::check::solid_cracks::{look_around, triangles_of};
-use gradtess::gpu::{Pixels, SolidFrame, SolidShow};
+use gradtess::gpu::{Pixels, SolidFrame, SolidShow, Tessellation};
 use gradtess::mesh;
 use gradtess::patch::solid::SolidTable;
 use gradtess::scene::surface::SurfaceScene;
 use gradtess::surface::drawing;
 use gradtess::surface::level::{Level, Scheme};
+use gradtess::surface::patches::patches;
 use gradtess::surface::refine::levels;
 use gradtess::surface::shade::{shade, Settings};
 
@@ -34,7 +35,16 @@ fn table(levels: &[Level]) -> SolidTable {
 }
 
 fn frame(camera: Camera, show: SolidShow, samples: u32) -> SolidFrame {
-    SolidFrame { width: 96, height: 96, camera, show, stripes: 30.0, background: None, samples }
+    SolidFrame {
+        width: 96,
+        height: 96,
+        camera,
+        show,
+        stripes: 30.0,
+        background: None,
+        samples,
+        tessellation: Tessellation::default(),
+    }
 }
 
 #[test]
@@ -43,13 +53,13 @@ fn no_cracks_whole_and_cracks_when_triangles_are_missing() {
         for (text, scheme) in [(CUBE, Scheme::CatmullClark), (TETRAHEDRON, Scheme::Loop)] {
             let mut table = table(&levels_of(text, scheme, 4));
             let triangles = triangles_of(&table);
-            let found = look_around(gpu, &table, &triangles, 6, 96, 3).unwrap();
+            let found = look_around(gpu, &table, &triangles, Tessellation::default(), [6, 96], 3).unwrap();
             assert!(found.cracks == 0 && found.covered > 5000, "{found:?}");
             // Every ninth triangle turns into nothing.
             for t in table.indices.chunks_exact_mut(3).step_by(9) {
                 t[1] = t[0];
             }
-            let found = look_around(gpu, &table, &triangles, 6, 96, 3).unwrap();
+            let found = look_around(gpu, &table, &triangles, Tessellation::default(), [6, 96], 3).unwrap();
             assert!(found.cracks > 20, "{found:?}");
         }
     });
@@ -111,6 +121,36 @@ fn normals_are_seen_from_either_side_and_lines_lie_on_faces() {
             let picture = prepared.pixels().unwrap().into_picture(96, 96);
             let dark = (40..56).filter(|&x| picture.pixel(x, 30)[0] < 100).count();
             assert!((1..=2).contains(&dark), "{dark} dark pixels across the middle line");
+        }
+    });
+}
+
+#[test]
+fn patches_have_no_cracks_and_the_sides_of_triangles() {
+    with_gpu(|gpu| {
+        for text in [CUBE.to_string(), CUBE.replace("t crease", "t creased")] {
+            let levels = levels_of(&text, Scheme::CatmullClark, 2);
+            let made = patches(&levels, &[], &Settings::default());
+            let last = levels.last().unwrap();
+            let bounds = gradtess::camera::bounds(last.position.iter().copied()).unwrap();
+            let table = drawing::patches(&made, bounds);
+            for level in [1, 5] {
+                let tessellation = Tessellation { level, ..Tessellation::default() };
+                let triangles = drawing::tessellated(&made, level);
+                let found = look_around(gpu, &table, &triangles, tessellation, [5, 96], 7).unwrap();
+                assert!(found.cracks == 0 && found.covered > 4000, "{level}: {found:?}");
+            }
+            // A closed surface: its front is what is seen, by triangles and by patches.
+            let camera = Camera::orbit(bounds, 40.0, 25.0, Projection::Perspective { fov: 30.0 }, 1.0);
+            let sides = frame(camera, SolidShow::Sides, 1);
+            let uniform = self::table(&levels_of(&text, Scheme::CatmullClark, 5));
+            let see = |table: &SolidTable| {
+                let prepared = gpu.prepare_solid(table, &sides).unwrap();
+                prepared.run(true).unwrap();
+                prepared.pixels().unwrap().into_picture(96, 96).pixel(48, 48)
+            };
+            assert_eq!(see(&table), [255; 4]);
+            assert_eq!(see(&uniform), [255; 4]);
         }
     });
 }

@@ -27,7 +27,7 @@ const fn out(name: &'static str, source: &'static str, defines: &'static [(&'sta
 
 /// Every output, in the order of the manifest.
 #[rustfmt::skip]
-pub const OUTPUTS: [Output; 25] = [
+pub const OUTPUTS: [Output; 29] = [
     out("patch.vert", "patch.vert", &[]),
     out("bicubic.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "0")]),
     out("bicubic_triangle.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "1")]),
@@ -53,6 +53,10 @@ pub const OUTPUTS: [Output; 25] = [
     out("colour.frag", "colour.frag", &[]),
     out("solid.vert", "solid.vert", &[]),
     out("solid.frag", "solid.frag", &[]),
+    out("solid_bicubic.tesc", "solid.tesc", &[("GREGORY", "0")]),
+    out("solid_gregory.tesc", "solid.tesc", &[("GREGORY", "1")]),
+    out("solid_bicubic.tese", "solid.tese", &[("GREGORY", "0")]),
+    out("solid_gregory.tese", "solid.tese", &[("GREGORY", "1")]),
 ];
 
 /// Text of `glsl/NAME` with every `#include "..."` (relative to `glsl/`) replaced by the file's text, and the

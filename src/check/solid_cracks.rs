@@ -7,7 +7,7 @@
 //! either.
 
 use crate::camera::{Camera, Projection};
-use crate::gpu::{Gpu, GpuError, Pixels, SolidFrame, SolidShow};
+use crate::gpu::{Gpu, GpuError, Pixels, SolidFrame, SolidShow, Tessellation};
 use crate::patch::solid::{Primitive, SolidTable};
 use crate::timing::random::Random;
 use glam::DVec3;
@@ -36,7 +36,7 @@ enum Seen {
 }
 
 /// Looks at `table` from `views` random sides, some of them near, `size` pixels across and down. `triangles` stand for
-/// the surface on the CPU: three corners each, model units.
+/// the surface on the CPU: three corners each, model units. `tessellation` is for patches.
 ///
 /// # Errors
 /// Drawing failed.
@@ -44,8 +44,8 @@ pub fn look_around(
     gpu: &Gpu,
     table: &SolidTable,
     triangles: &[[DVec3; 3]],
-    views: u32,
-    size: u32,
+    tessellation: Tessellation,
+    [views, size]: [u32; 2],
     seed: u64,
 ) -> Result<Cracks, GpuError> {
     let mut random = Random::new(seed);
@@ -78,6 +78,7 @@ pub fn look_around(
         stripes: 1.0,
         background: Some([0.0, 0.0, 0.0, 1.0]),
         samples: 1,
+        tessellation,
     };
     let mut prepared = None;
     for view in 0..views {

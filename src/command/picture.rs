@@ -54,13 +54,22 @@ impl PictureFlags {
 }
 
 impl PictureFlags {
+    /// Segments an edge of patches in space, where `--tess` asks for patches.
+    pub fn segments(&self) -> Result<Option<u32>, Failure> {
+        match self.tess.fixed {
+            None => Ok(None),
+            Some(t) if (1.0..=64.0).contains(&t) && t.fract() == 0.0 => Ok(Some(t as u32)),
+            Some(t) => Err(Failure::input(format_args!("--tess {t} is no whole number from 1 to 64"))),
+        }
+    }
+
     /// Refuses flags that only scenes in the plane take.
     pub fn refuse_plane(&self) -> Result<(), Failure> {
         if self.view.is_some() {
             return Err(Failure::input("--view goes with scenes in the plane; use --orbit or --eye here"));
         }
-        if self.tess.fixed.is_some() || self.tess.base.is_some() || self.tess.pixels.is_some() {
-            return Err(Failure::input("--tess, --tess-base and --pixels go with patches; use --level here"));
+        if self.tess.base.is_some() || self.tess.pixels.is_some() {
+            return Err(Failure::input("--tess-base and --pixels go with gradient meshes; use --tess here"));
         }
         Ok(())
     }

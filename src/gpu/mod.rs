@@ -44,7 +44,7 @@ pub use partial::Uploaded;
 pub use query::{GpuSpan, GpuTimes, Statistics};
 pub use readback::EvaluatedPoint;
 pub use show::{level_colour, patch_colour, Show, WIRE_COLOUR};
-pub use solid::{PreparedSolid, SolidFrame, SolidShow};
+pub use solid::{PreparedSolid, SolidFrame, SolidNormals, SolidShow, Tessellation};
 pub use table::DeviceTable;
 pub use window::{Outcome, Screen};
 

@@ -3,6 +3,7 @@
 use super::context::Context;
 use super::error::{GpuError, Named};
 use super::pipeline::Shape;
+use crate::patch::solid::Primitive;
 use crate::patch::Kind;
 use ash::vk;
 use std::rc::Rc;
@@ -39,6 +40,15 @@ pub(super) fn control(kind: Kind, shape: Shape) -> Spv {
         (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle.tesc"),
         (Kind::Gregory, Shape::Quad) => spv!("gregory_quad.tesc"),
         (Kind::Stitched, _) => spv!("stitched.tesc"),
+    }
+}
+
+/// Control and evaluation of patches in space; none of triangles and lines.
+pub(super) fn solid(primitive: Primitive) -> Option<[Spv; 2]> {
+    match primitive {
+        Primitive::Triangles | Primitive::Lines => None,
+        Primitive::Bicubic => Some([spv!("solid_bicubic.tesc"), spv!("solid_bicubic.tese")]),
+        Primitive::Gregory => Some([spv!("solid_gregory.tesc"), spv!("solid_gregory.tese")]),
     }
 }
 

@@ -34,6 +34,35 @@ pub enum SolidShow {
     Sides,
 }
 
+/// Which normals patches are coloured by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SolidNormals {
+    /// N_B.
+    #[default]
+    Blended,
+    /// N_L, by the derivatives.
+    Geometric,
+    /// N_S.
+    Subdivided,
+}
+
+/// How patches are drawn; triangles do not care.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tessellation {
+    /// Segments of every edge, a whole number from 1 to 64.
+    pub level: u32,
+    /// Normals.
+    pub normals: SolidNormals,
+    /// Exponent of the blend weight.
+    pub power: f32,
+}
+
+impl Default for Tessellation {
+    fn default() -> Self {
+        Tessellation { level: 16, normals: SolidNormals::default(), power: 1.0 }
+    }
+}
+
 /// A picture of a scene in space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolidFrame {
@@ -51,6 +80,8 @@ pub struct SolidFrame {
     pub background: Option<[f32; 4]>,
     /// Samples a pixel, 1 or 4.
     pub samples: u32,
+    /// Of patches.
+    pub tessellation: Tessellation,
 }
 
 /// Twin of `Push` in `glsl/inc/solid.glsl`.
@@ -84,7 +115,7 @@ impl SolidPush {
                 Projection::Orthographic { .. } => vec4(back, 0.0),
             },
             right: vec4(right, f64::from(frame.stripes)),
-            up: vec4(up, 1.0),
+            up: vec4(up, f64::from(frame.tessellation.power)),
             show: match frame.show {
                 SolidShow::Shaded => 0,
                 SolidShow::Highlight => 1,
@@ -94,8 +125,12 @@ impl SolidPush {
                 SolidShow::Plain => 5,
                 SolidShow::Sides => 6,
             },
-            normals: 0,
-            tess: 1.0,
+            normals: match frame.tessellation.normals {
+                SolidNormals::Blended => 0,
+                SolidNormals::Geometric => 1,
+                SolidNormals::Subdivided => 2,
+            },
+            tess: frame.tessellation.level as f32,
             unused: 0,
         }
     }
@@ -104,8 +139,21 @@ impl SolidPush {
 /// Most indices of a draw call on llvmpipe, a whole number of triangles and lines: see `most_patches` in `draw`.
 const MOST_INDICES: u32 = 60_000;
 
-const STAGES: vk::ShaderStageFlags =
-    vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
+const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
+    vk::ShaderStageFlags::VERTEX.as_raw()
+        | vk::ShaderStageFlags::TESSELLATION_CONTROL.as_raw()
+        | vk::ShaderStageFlags::TESSELLATION_EVALUATION.as_raw()
+        | vk::ShaderStageFlags::FRAGMENT.as_raw(),
+);
+
+/// A draw of one part.
+struct Step {
+    pipeline: vk::Pipeline,
+    first: u32,
+    count: u32,
+    /// Most indices in one draw call.
+    most: u32,
+}
 
 /// A frame with its table on the device; the camera may change from run to run.
 pub struct PreparedSolid {
@@ -117,8 +165,7 @@ pub struct PreparedSolid {
     timestamps: Option<Timestamps>,
     push: SolidPush,
     buffers: Option<[Buffer; 2]>,
-    steps: Vec<(vk::Pipeline, u32, u32)>,
-    most: u32,
+    steps: Vec<Step>,
     pipelines: Vec<(Primitive, vk::Pipeline)>,
     layout: vk::PipelineLayout,
 }
@@ -143,7 +190,6 @@ impl PreparedSolid {
             pass,
             buffers: None,
             steps: Vec::new(),
-            most: if llvmpipe { MOST_INDICES } else { u32::MAX },
             pipelines: Vec::new(),
             layout: vk::PipelineLayout::null(),
         };
@@ -154,7 +200,16 @@ impl PreparedSolid {
             unsafe { context.device.create_pipeline_layout(&info, None) }.named("vkCreatePipelineLayout", "solid")?;
         for part in table.parts.iter().filter(|part| part.count > 0) {
             let pipeline = made.pipeline(passes, part.primitive)?;
-            made.steps.push((pipeline, part.first, part.count * part.primitive.points() as u32));
+            let points = part.primitive.points() as u32;
+            let most = match part.primitive {
+                _ if !llvmpipe => u32::MAX / points * points,
+                Primitive::Triangles | Primitive::Lines => MOST_INDICES,
+                // As many patches as make so many vertices.
+                Primitive::Bicubic | Primitive::Gregory => {
+                    (MOST_INDICES / (frame.tessellation.level + 1).pow(2)).max(1) * points
+                }
+            };
+            made.steps.push(Step { pipeline, first: part.first, count: part.count * points, most });
         }
         made.upload(table)?;
         Ok(made)
@@ -194,10 +249,15 @@ impl PreparedSolid {
             return Ok(*made);
         }
         let name = format!("solid {primitive:?} pipeline");
-        let modules = [
-            (vk::ShaderStageFlags::VERTEX, Module::new(&self.context, &shader::SOLID_VERTEX)?),
+        let vertex = if primitive.is_patch() { &shader::VERTEX } else { &shader::SOLID_VERTEX };
+        let mut modules = vec![
+            (vk::ShaderStageFlags::VERTEX, Module::new(&self.context, vertex)?),
             (vk::ShaderStageFlags::FRAGMENT, Module::new(&self.context, &shader::SOLID_FRAGMENT)?),
         ];
+        if let Some([control, evaluation]) = shader::solid(primitive) {
+            modules.push((vk::ShaderStageFlags::TESSELLATION_CONTROL, Module::new(&self.context, &control)?));
+            modules.push((vk::ShaderStageFlags::TESSELLATION_EVALUATION, Module::new(&self.context, &evaluation)?));
+        }
         let stages: Vec<vk::PipelineShaderStageCreateInfo> = modules
             .iter()
             .map(|(stage, module)| {
@@ -221,7 +281,10 @@ impl PreparedSolid {
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::builder().topology(match primitive {
             Primitive::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
             Primitive::Lines => vk::PrimitiveTopology::LINE_LIST,
+            Primitive::Bicubic | Primitive::Gregory => vk::PrimitiveTopology::PATCH_LIST,
         });
+        let tessellation =
+            vk::PipelineTessellationStateCreateInfo::builder().patch_control_points(primitive.points() as u32);
         let viewport = vk::PipelineViewportStateCreateInfo::builder().viewport_count(1).scissor_count(1);
         // Lines lie in faces: the faces step back a little.
         let behind = primitive == Primitive::Triangles && self.frame.show == SolidShow::Plain;
@@ -243,7 +306,7 @@ impl PreparedSolid {
             .depth_compare_op(vk::CompareOp::LESS_OR_EQUAL);
         let states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
         let dynamic = vk::PipelineDynamicStateCreateInfo::builder().dynamic_states(&states);
-        let info = vk::GraphicsPipelineCreateInfo::builder()
+        let mut info = vk::GraphicsPipelineCreateInfo::builder()
             .stages(&stages)
             .vertex_input_state(&vertex_input)
             .input_assembly_state(&assembly)
@@ -255,6 +318,9 @@ impl PreparedSolid {
             .dynamic_state(&dynamic)
             .layout(self.layout)
             .render_pass(passes.get(self.pass)?);
+        if primitive.is_patch() {
+            info = info.tessellation_state(&tessellation);
+        }
         // SAFETY: every pointer in `info` lives until the call returns.
         let made =
             unsafe { self.context.device.create_graphics_pipelines(vk::PipelineCache::null(), &[info.build()], None) };
@@ -337,10 +403,11 @@ impl PreparedSolid {
                 device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
                 let push = bytes_of(std::slice::from_ref(&self.push));
                 device.cmd_push_constants(commands, self.layout, STAGES, 0, push);
-                for &(pipeline, first, count) in &self.steps {
-                    device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, pipeline);
-                    for from in (0..count).step_by(self.most as usize) {
-                        device.cmd_draw_indexed(commands, self.most.min(count - from), 1, first + from, 0, 0);
+                for step in &self.steps {
+                    device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, step.pipeline);
+                    for from in (0..step.count).step_by(step.most as usize) {
+                        let count = step.most.min(step.count - from);
+                        device.cmd_draw_indexed(commands, count, 1, step.first + from, 0, 0);
                     }
                 }
             }
@@ -392,6 +459,9 @@ fn check(context: &Context, table: &SolidTable, frame: &SolidFrame) -> Result<()
         if end > table.indices.len() as u64 {
             return fault(format!("solid table: {part:?} runs past the {} indices", table.indices.len()));
         }
+    }
+    if !(1..=64).contains(&frame.tessellation.level) {
+        return fault(format!("{} segments an edge; give 1 to 64", frame.tessellation.level));
     }
     let finite = table.vertices.iter().flatten().all(|x| x.is_finite());
     let aspect = f64::from(frame.width) / f64::from(frame.height.max(1));

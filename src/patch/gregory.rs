@@ -8,29 +8,30 @@ use crate::subdiv::level::{Level, Value};
 use crate::subdiv::limit::cosine;
 
 /// Everything that one face point depends on, for positions or colours.
-struct Edge<V> {
+pub(crate) struct Edge<V> {
     /// Control vertex at the corner.
-    v: V,
+    pub v: V,
     /// What `c1` weighs: the patch corner by LSNC09 eq. 6; the authors' tool has the control vertex there, which
     /// differs next to extraordinary vertices.
-    corner: V,
+    pub corner: V,
     /// Bezier points of the edge, near the corner and far.
-    near: V,
-    far: V,
+    pub near: V,
+    pub far: V,
     /// Neighbour of `v` off the edge in this face.
-    own: V,
+    pub own: V,
     /// The same in the face across the edge; `None` at a border.
-    other: Option<V>,
+    pub other: Option<V>,
     /// Far end of the edge.
-    end: V,
+    pub end: V,
     /// Centroids of this face and the one across.
-    centre: V,
-    across: V,
+    pub centre: V,
+    pub across: V,
     /// Valences at `v` and at the far end.
-    valence: [f64; 2],
+    pub valence: [f64; 2],
 }
 
-fn face_point<V: Linear>(e: &Edge<V>) -> V {
+/// `f+` or `f-`.
+pub(crate) fn face_point<V: Linear>(e: &Edge<V>) -> V {
     const D: f64 = 3.0; // quads
     let [c0, c1] = e.valence.map(|n| cosine(2, n as usize));
     let r = match e.other {

@@ -32,7 +32,7 @@
 pub mod build;
 pub mod cull;
 pub mod eval;
-mod gregory;
+pub(crate) mod gregory;
 pub mod pack;
 pub mod points;
 pub mod solid;

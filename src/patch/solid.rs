@@ -9,6 +9,10 @@ pub enum Primitive {
     Triangles,
     /// Two ends.
     Lines,
+    /// 16 points of a bicubic patch, as in [`super`]; the second vec4 is the subdivided normal.
+    Bicubic,
+    /// 20 points of a Gregory patch.
+    Gregory,
 }
 
 impl Primitive {
@@ -17,7 +21,16 @@ impl Primitive {
         match self {
             Primitive::Triangles => 3,
             Primitive::Lines => 2,
+            Primitive::Bicubic => 16,
+            Primitive::Gregory => 20,
         }
+    }
+}
+
+impl Primitive {
+    /// Whether the tessellator draws it.
+    pub const fn is_patch(self) -> bool {
+        matches!(self, Primitive::Bicubic | Primitive::Gregory)
     }
 }
 

@@ -1,6 +1,8 @@
 //! What is drawn of a level: triangles with a normal a wedge, or the mesh itself.
 
 use super::level::Level;
+use super::patch_eval::point;
+use super::patches::Patches;
 use super::shade::Shaded;
 use crate::camera::bounds;
 use crate::mesh::NONE;
@@ -24,6 +26,37 @@ pub fn triangles(level: &Level, shaded: &Shaded, positions: &[DVec3], normals: &
     }
     table.part(Primitive::Triangles);
     table
+}
+
+/// Patches within `bounds`, those of one kind together.
+pub fn patches(patches: &Patches, bounds: [DVec3; 2]) -> SolidTable {
+    let mut table = SolidTable::new(bounds);
+    for &[x, y, z, b, nx, ny, nz, _] in &patches.control {
+        table.vertex(DVec3::new(x, y, z), b, DVec3::new(nx, ny, nz));
+    }
+    table.indices.extend(patches.bicubic.iter().flat_map(|(ids, _)| ids));
+    table.part(Primitive::Bicubic);
+    table.indices.extend(patches.gregory.iter().flat_map(|(ids, _)| ids));
+    table.part(Primitive::Gregory);
+    table
+}
+
+/// The triangles that the tessellator makes of `patches` with `n` segments an edge, for intersections on the CPU.
+pub fn tessellated(patches: &Patches, n: u32) -> Vec<[DVec3; 3]> {
+    let mut out = Vec::new();
+    for (kind, control, _) in patches.iter() {
+        let at = |i: u32, j: u32| point(kind, &control, f64::from(i) / f64::from(n), f64::from(j) / f64::from(n), 1.0);
+        let grid: Vec<DVec3> =
+            (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))).map(|(i, j)| at(i, j).position).collect();
+        let p = |i: u32, j: u32| grid[(j * (n + 1) + i) as usize];
+        for j in 0..n {
+            for i in 0..n {
+                out.push([p(i, j), p(i + 1, j), p(i + 1, j + 1)]);
+                out.push([p(i, j), p(i + 1, j + 1), p(i, j + 1)]);
+            }
+        }
+    }
+    out
 }
 
 /// Colour of an edge: grey when smooth, blue on the boundary, from orange (just sharp) to red (3 and more), dark red when

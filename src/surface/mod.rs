@@ -31,9 +31,12 @@
 //! * **Counts** of section 5 are higher by Spot's four vertices of valence 6, which the paper leaves out.
 
 pub mod drawing;
+pub mod exact;
 pub mod level;
 pub mod limit;
 pub mod normal;
+pub mod patch_eval;
+pub mod patches;
 pub mod refine;
 pub mod region;
 pub mod shade;

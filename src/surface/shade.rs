@@ -67,7 +67,7 @@ pub struct Shaded {
     pub control_weight: Vec<f64>,
     /// Its limit b, one a vertex, 0 to 1.
     pub weight: Vec<f64>,
-    /// Vertices whose subdivided normal was computed, summed over all steps.
+    /// Vertices whose subdivided normal was computed, summed over all steps; 0 where all were.
     pub normals_computed: usize,
 }
 
@@ -84,7 +84,6 @@ impl Shaded {
 /// If `levels` is empty.
 pub fn shade(levels: &[Level], given: &[DVec3], settings: &Settings) -> Shaded {
     let last = levels.last().expect("a surface has a level 0");
-    let n = levels.len() - 1;
     let wedges = Wedges::drawn(last);
     let geometric = match settings.geometric {
         Geometric::Mesh => mesh_normals(last, &wedges),
@@ -96,25 +95,9 @@ pub fn shade(levels: &[Level], given: &[DVec3], settings: &Settings) -> Shaded {
     let control_weight = control_weights(levels, settings.weights_from as usize, settings.rules);
     let weight = limit_weights(last, &control_weight);
 
-    let start = (settings.normals_from.max(1) as usize - 1).min(n);
-    let mut wanted = vec![weight.iter().map(|&w| settings.everywhere || w > 0.0).collect::<Vec<bool>>()];
-    for level in levels[start..n].iter().rev() {
-        wanted.push(needed(level, &wanted[wanted.len() - 1]));
-    }
-    wanted.reverse();
+    let wanted = (!settings.everywhere).then(|| weight.iter().map(|&w| w > 0.0).collect::<Vec<bool>>());
     let mut normals_computed = 0;
-    let mut drawn = Wedges::drawn(&levels[start]);
-    let mut subdivided = mesh_normals(&levels[start], &drawn);
-    if start == 0 && settings.control == ControlNormals::Given && !given.is_empty() {
-        subdivided = given_normals(&levels[0], &drawn, given, subdivided);
-    }
-    for (level, wanted) in levels[start..n].iter().zip(&wanted[1..]) {
-        let next = &levels[level.depth as usize + 1];
-        let after = Wedges::drawn(next);
-        subdivided = refine_normals(level, &drawn, &subdivided, &after, |v| wanted[v]);
-        normals_computed += wanted.iter().filter(|&&w| w).count();
-        drawn = after;
-    }
+    let subdivided = subdivided_normals(levels, given, settings, wanted.map(|w| (w, &mut normals_computed)));
     let blend = |w: usize| {
         let b = weight[last.origin[wedges.first[w] as usize] as usize].powf(settings.power);
         if b == 0.0 {
@@ -125,6 +108,42 @@ pub fn shade(levels: &[Level], given: &[DVec3], settings: &Settings) -> Shaded {
     };
     let blended = (0..wedges.len()).map(blend).collect();
     Shaded { wedges, geometric, subdivided, blended, control_weight, weight, normals_computed }
+}
+
+/// N_S of the last of `levels`, one a wedge as drawn. `wanted`: which vertices need it, and what counts those computed on
+/// all levels; none: all need it.
+pub fn subdivided_normals(
+    levels: &[Level],
+    given: &[DVec3],
+    settings: &Settings,
+    wanted: Option<(Vec<bool>, &mut usize)>,
+) -> Vec<DVec3> {
+    let n = levels.len() - 1;
+    let start = (settings.normals_from.max(1) as usize - 1).min(n);
+    let (last, mut computed) = match wanted {
+        Some((wanted, computed)) => (wanted, Some(computed)),
+        None => (vec![true; levels[n].vertices()], None),
+    };
+    // From the last level to the one where subdivision starts.
+    let mut wanted = vec![last];
+    for level in levels[start..n].iter().rev() {
+        wanted.push(needed(level, &wanted[wanted.len() - 1]));
+    }
+    wanted.reverse();
+    let mut drawn = Wedges::drawn(&levels[start]);
+    let mut normals = mesh_normals(&levels[start], &drawn);
+    if start == 0 && settings.control == ControlNormals::Given && !given.is_empty() {
+        normals = given_normals(&levels[0], &drawn, given, normals);
+    }
+    for (level, wanted) in levels[start..n].iter().zip(&wanted[1..]) {
+        let after = Wedges::drawn(&levels[level.depth as usize + 1]);
+        normals = refine_normals(level, &drawn, &normals, &after, |v| wanted[v]);
+        if let Some(computed) = &mut computed {
+            **computed += wanted.iter().filter(|&&w| w).count();
+        }
+        drawn = after;
+    }
+    normals
 }
 
 /// Limit positions of the vertices of `level`, as if its remaining sharpness were endless.

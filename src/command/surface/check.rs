@@ -2,11 +2,12 @@
 
 use super::flags::{level, SurfaceFlags};
 use super::open::Surface;
-use super::render::{make, Look, LEVEL};
+use super::render::{make, make_patches, Look, MadePatches, LEVEL};
 use crate::check::solid_cracks::{look_around, triangles_of};
 use crate::command::picture::PictureFlags;
 use crate::command::{print, print_json, Failure, Global};
 use crate::gpu::{Gpu, SolidShow};
+use crate::surface::drawing::tessellated;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -35,15 +36,26 @@ pub fn run(
 ) -> Result<u64, Failure> {
     picture.refuse_plane()?;
     picture.camera.refuse_any()?;
-    let depth = level(&picture.refining)?.unwrap_or(LEVEL);
+    let depth = level(&picture.refining)?;
     let [width, height] = picture.size.unwrap_or([512, 512]);
     if width != height {
         return Err(Failure::input("cracks are looked for in square pictures; give --size NxN"));
     }
-    let made = make(surface, flags, depth, Look::Surface(SolidShow::Sides), global)?;
+    let segments = picture.segments()?;
+    let (made, triangles) = match segments {
+        None => {
+            let made = make(surface, flags, depth.unwrap_or(LEVEL), Look::Surface(SolidShow::Sides), global)?;
+            let triangles = triangles_of(&made.table);
+            (made, triangles)
+        }
+        Some(n) => {
+            let MadePatches { made, patches } = make_patches(surface, flags, depth, global)?;
+            (made, tessellated(&patches, n))
+        }
+    };
     let gpu = Gpu::new(&global.gpu())?;
-    let triangles = triangles_of(&made.table);
-    let cracks = look_around(&gpu, &made.table, &triangles, views, width, seed)?;
+    let tessellation = flags.tessellation(segments)?;
+    let cracks = look_around(&gpu, &made.table, &triangles, tessellation, [views, width], seed)?;
     if let Some(m) = gpu.messages().first() {
         return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
     }

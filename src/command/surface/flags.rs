@@ -3,6 +3,7 @@
 use super::open::Surface;
 use crate::command::open::at_line;
 use crate::command::{Failure, Global, Refining};
+use crate::gpu::{SolidNormals, Tessellation};
 use crate::scene::read_bounded;
 use crate::scene::surface::{sharp, SurfaceScene};
 use crate::surface::level::{Level, Scheme};
@@ -152,6 +153,19 @@ impl SurfaceFlags {
             n if (0.1..=1000.0).contains(&n) => Ok(n),
             n => Err(Failure::input(format_args!("--stripes {n} is out of range; give 0.1 to 1000"))),
         }
+    }
+
+    /// How patches are drawn with `segments` an edge.
+    pub fn tessellation(&self, segments: Option<u32>) -> Result<Tessellation, Failure> {
+        Ok(Tessellation {
+            level: segments.unwrap_or(1),
+            normals: match self.normals() {
+                NormalsFlag::Blended => SolidNormals::Blended,
+                NormalsFlag::Geometric => SolidNormals::Geometric,
+                NormalsFlag::Subdivided => SolidNormals::Subdivided,
+            },
+            power: self.settings()?.power as f32,
+        })
     }
 
     /// The scheme asked for.

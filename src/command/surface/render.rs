@@ -2,13 +2,17 @@
 
 use super::flags::{level, NormalsFlag, SurfaceFlags};
 use super::open::Surface;
+use crate::camera::bounds;
 use crate::command::open::milliseconds;
 use crate::command::picture::PictureFlags;
 use crate::command::{print, print_json, Failure, Global};
 use crate::gpu::{Gpu, GpuTimes, SolidFrame, SolidShow};
-use crate::patch::solid::SolidTable;
-use crate::surface::drawing::{mesh, triangles};
+use crate::patch::solid::{Primitive, SolidTable};
+use crate::surface::drawing::{self, mesh, triangles};
+use crate::surface::level::Scheme;
+use crate::surface::patches::{first_level, patches, Patches};
 use crate::surface::shade::{limit_positions, shade};
+use glam::DVec3;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -53,6 +57,9 @@ struct Report {
     device: String,
     vertices: usize,
     triangles: usize,
+    /// Patches.
+    bicubic: usize,
+    gregory: usize,
     device_bytes: u64,
     subdivide_ms: f64,
     shade_ms: f64,
@@ -105,6 +112,54 @@ pub fn make(surface: &Surface, flags: &SurfaceFlags, depth: u32, look: Look, glo
     })
 }
 
+/// Patches of a surface.
+pub struct MadePatches {
+    /// Table and times.
+    pub made: Made,
+    /// The patches themselves.
+    pub patches: Patches,
+}
+
+/// Subdivides to the first level that patches can draw, or `depth`, and makes patches.
+pub fn make_patches(
+    surface: &Surface,
+    flags: &SurfaceFlags,
+    depth: Option<u32>,
+    global: &Global,
+) -> Result<MadePatches, Failure> {
+    if flags.scheme() == Scheme::Loop {
+        return Err(Failure::input("--tess draws patches of Catmull-Clark surfaces; leave it out with --scheme loop"));
+    }
+    if flags.limit {
+        return Err(Failure::input("patches are the limit surface; leave out --limit"));
+    }
+    let settings = flags.settings()?;
+    let start = Instant::now();
+    let control = flags.subdivide(surface, 0, global)?;
+    let first = first_level(&control.levels[0]);
+    let level = depth.unwrap_or(first);
+    if level < first {
+        return Err(Failure::input(format_args!(
+            "level {level} has polygons or sharpness left, which no patch draws; use --level {first} or more"
+        )));
+    }
+    let quiet = Global { quiet: true, ..global.clone() };
+    let made = flags.subdivide(surface, level, &quiet)?;
+    let subdivided = Instant::now();
+    let patches = patches(&made.levels, &made.scene.normals, &settings);
+    let corners = patches.control.iter().map(|c| DVec3::new(c[0], c[1], c[2]));
+    let table = drawing::patches(&patches, bounds(corners).unwrap_or_default());
+    Ok(MadePatches {
+        made: Made {
+            table,
+            level,
+            subdivide_ms: milliseconds((subdivided - start).as_nanos()),
+            shade_ms: milliseconds(subdivided.elapsed().as_nanos()),
+        },
+        patches,
+    })
+}
+
 /// Draws and writes the picture.
 pub fn run(
     surface: &Surface,
@@ -114,8 +169,13 @@ pub fn run(
     global: &Global,
 ) -> Result<(), Failure> {
     canvas.picture.refuse_plane()?;
-    let depth = level(&canvas.picture.refining)?.unwrap_or(LEVEL);
-    let made = make(surface, flags, depth, look, global)?;
+    let depth = level(&canvas.picture.refining)?;
+    let tess = canvas.picture.segments()?;
+    let made = match (tess, look) {
+        (Some(_), Look::Surface(_)) => make_patches(surface, flags, depth, global)?.made,
+        (Some(_), _) => return Err(Failure::input("--tess draws surfaces; --show wire and control draw meshes")),
+        (None, _) => make(surface, flags, depth.unwrap_or(LEVEL), look, global)?,
+    };
     let [width, height] = canvas.picture.size.unwrap_or([1024, 1024]);
     let camera = canvas.picture.camera.camera(made.table.bounds, [width, height])?;
     let frame = SolidFrame {
@@ -129,6 +189,7 @@ pub fn run(
         stripes: flags.stripes()?,
         background: canvas.background,
         samples: canvas.samples,
+        tessellation: flags.tessellation(tess)?,
     };
     let gpu = Gpu::new(&global.gpu())?;
     let prepared = gpu.prepare_solid(&made.table, &frame)?;
@@ -139,6 +200,7 @@ pub fn run(
     }
     let software = concat!("gradtess ", env!("CARGO_PKG_VERSION"));
     picture.write_png(canvas.output, &[("Software", software), ("Comment", &gpu.device().driver)])?;
+    let count = |kind| made.table.parts.iter().filter(|p| p.primitive == kind).map(|p| p.count as usize).sum::<usize>();
     let result = Report {
         schema: "gradtess.surface_render/1",
         scene: surface.scene.name.clone(),
@@ -151,7 +213,9 @@ pub fn run(
         level: made.level,
         device: gpu.device().name.clone(),
         vertices: made.table.vertices.len(),
-        triangles: made.table.parts.first().map_or(0, |part| part.count as usize),
+        triangles: count(Primitive::Triangles),
+        bicubic: count(Primitive::Bicubic),
+        gregory: count(Primitive::Gregory),
         device_bytes: made.table.bytes(),
         subdivide_ms: made.subdivide_ms,
         shade_ms: made.shade_ms,
@@ -164,11 +228,12 @@ pub fn run(
     }
     if !global.quiet {
         print(&format!(
-            "{}: level {}, {} vertices, {} triangles, {} x {}, subdivision {:.3} ms, shading {:.3} ms on {}\n",
+            "{}: level {}, {} vertices, {} triangles, {} patches, {} x {}, subdivision {:.3} ms, shading {:.3} ms on {}\n",
             result.output,
             result.level,
             result.vertices,
             result.triangles,
+            result.bicubic + result.gregory,
             width,
             height,
             result.subdivide_ms,
