@@ -105,8 +105,8 @@ pub struct Refining {
     /// Level of --mode global; the finest edit level unless given
     #[arg(long, value_name = "L")]
     level: Option<u32>,
-    /// Refine around extraordinary vertices down to this level in any case (rules gradtess)
-    #[arg(long, value_name = "L", default_value_t = 0)]
+    /// Refine irregular faces this many levels more, around extraordinary vertices and meeting sharp edges (rules gradtess)
+    #[arg(long, value_name = "N", default_value_t = 0)]
     isolate: u32,
 }
 

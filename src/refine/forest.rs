@@ -10,7 +10,8 @@
 //! | the point of edge a-b, faces F, G | 1-rings of a and b | 1-rings of all vertices of F and G |
 //! | the point of face F | 1-rings of F's vertices | the same |
 
-use super::edits::{Edits, Paint};
+use super::edits::{Edits, Paint, MAX_LEVEL};
+use super::meetings::{self, meetings};
 use super::Rules;
 use crate::mesh::NONE;
 use crate::scene::CornerRule;
@@ -209,7 +210,10 @@ impl Forest {
 /// Under [`Rules::Authors`] that is what the authors' tool marks; the cascade around extraordinary vertices
 /// depends there on colours and is left to the levels. Under [`Rules::Gradtess`] the forest is complete: cascaded
 /// and graded. Time linear in the marks.
-pub fn plan(map: &IndexMap, edits: &Edits, rules: Rules, corners: CornerRule, isolate: u32) -> Forest {
+///
+/// `sharp` are the input's tagged half-edges. `isolate` levels are spent around extraordinary vertices, and as many
+/// beyond [`meetings::LEVELS`] where sharp edges meet.
+pub fn plan(map: &IndexMap, edits: &Edits, sharp: &[u32], rules: Rules, corners: CornerRule, isolate: u32) -> Forest {
     let mut forest = Forest::new(map);
     for m in edits.moves.iter().filter(|m| m.level > 0) {
         forest.mark_two_ring(map, m.level, m.vertex);
@@ -221,6 +225,12 @@ pub fn plan(map: &IndexMap, edits: &Edits, rules: Rules, corners: CornerRule, is
     if rules == Rules::Gradtess {
         let extraordinary = extraordinary0(map, corners);
         isolate_vertices(&mut forest, map, &extraordinary, isolate);
+        for m in meetings(map, &edits.paints, sharp, corners) {
+            // Names of faces below the deepest level would not fit.
+            for l in (0..meetings::LEVELS + isolate).take_while(|l| m.level + l < MAX_LEVEL) {
+                forest.mark_star(map, m.level + l, m.slot << (2 * l));
+            }
+        }
         close(&mut forest, map, &extraordinary);
     }
     forest
@@ -328,25 +338,24 @@ fn is_extraordinary(map: &IndexMap, extraordinary: &[bool], mut level: u32, mut 
     input_corner(d)
 }
 
-/// Refines the faces around every extraordinary vertex down to level `depth`.
+/// Refines the faces around every extraordinary vertex `depth` times: from level 0 on around the input's own, from
+/// level 1 on around those that faces other than quads bring, which are not drawn before.
 fn isolate_vertices(forest: &mut Forest, map: &IndexMap, extraordinary: &[bool], depth: u32) {
     if depth == 0 {
         return;
     }
     let s = u64::from(map.mesh().half_edges());
+    let level = depth - 1;
     for (h, &e) in extraordinary.iter().enumerate() {
         if e {
-            let level = depth - 1;
             forest.mark(map, level, (8 * h as u64) << (2 * level));
         }
     }
-    if depth >= 2 {
-        for h in 0..s {
-            if map.face_valence(0, 8 * s + h) != 4 {
-                // The face point's corner in the child of slot 8 S + h, one level down at slot 2.
-                let level = depth - 1;
-                forest.mark(map, level, (4 * (8 * s + h) + 2) << (2 * (level - 1)));
-            }
+    let below = depth.min(MAX_LEVEL - 1);
+    for h in 0..s {
+        if map.face_valence(0, 8 * s + h) != 4 {
+            // The face point's corner in the child of slot 8 S + h, one level down at slot 2.
+            forest.mark(map, below, (4 * (8 * s + h) + 2) << (2 * (below - 1)));
         }
     }
 }

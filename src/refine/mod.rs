@@ -7,6 +7,7 @@
 
 pub mod edits;
 pub mod forest;
+pub mod meetings;
 pub mod region;
 
 use crate::mesh::HalfEdgeMesh;
@@ -32,10 +33,10 @@ pub enum Rules {
 /// Adaptive, or every face to one level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Only affected faces are refined; `isolate` levels are spent around extraordinary vertices in any case
-    /// (0: as the paper).
+    /// Only affected faces are refined (`isolate` 0: as the paper).
     Adaptive {
-        /// Least level of the faces around extraordinary vertices; [`Rules::Gradtess`] only.
+        /// How many levels more the irregular faces around extraordinary vertices and meeting sharp edges are refined,
+        /// counted from the first level at which they can be drawn; [`Rules::Gradtess`] only.
         isolate: u32,
     },
     /// Uniform subdivision to a level: the paper's rival, and the way to whole meshes.
@@ -130,7 +131,9 @@ pub fn refine(scene: &Scene, mesh: &HalfEdgeMesh, options: Options) -> Result<Re
         }
     }
     let plan = match options.mode {
-        Mode::Adaptive { isolate } => Some(forest::plan(&map, &edits, options.rules, scene.corners, isolate)),
+        Mode::Adaptive { isolate } => {
+            Some(forest::plan(&map, &edits, &scene.sharp, options.rules, scene.corners, isolate))
+        }
         Mode::Global(_) => None,
     };
 

@@ -43,8 +43,8 @@ pub struct Config {
     /// Level of --mode global; the finest edit level unless given
     #[arg(long, value_name = "L")]
     level: Option<u32>,
-    /// Refine around extraordinary vertices down to this level in any case (render's --isolate)
-    #[arg(long, value_name = "L")]
+    /// Refine irregular faces this many levels more (render's --isolate)
+    #[arg(long, value_name = "N")]
     isolate_level: Option<u32>,
     /// Tessellation level of every patch, 1 to 64 [default: 16; 1 with --match-triangles]
     #[arg(long, value_name = "T", group = "tessellation")]
