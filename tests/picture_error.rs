@@ -98,3 +98,20 @@ fn the_worst_pixel_lies_in_the_patch_that_was_spoiled() {
         assert_eq!(table.faces[spoiled].kind, Kind::Bicubic);
     });
 }
+
+#[test]
+fn darts_and_meeting_sharp_edges_are_drawn_within_a_twentieth_of_a_per_cent_and_isolation_halves_the_rest() {
+    with_gpu(|gpu| {
+        for file in ["unit/sharp_dart.json", "unit/sharp_two_meet.json", "unit/sharp_three_meet.json"] {
+            let (ours, _) = error(gpu, file, ADAPTIVE, |_| ());
+            assert!(ours.all.max < 0.05 && ours.coverage == 0, "{file}: {:?}", ours.all);
+        }
+        for file in ["unit/valence_6.json", "hexagon.json"] {
+            let at = |isolate: u32| {
+                let options = Options { mode: Mode::Adaptive { isolate }, ..ADAPTIVE };
+                error(gpu, file, options, |_| ()).0.all.max
+            };
+            assert!(at(1) < 0.5 * at(0), "{file}: {} to {}", at(0), at(1));
+        }
+    });
+}
