@@ -134,6 +134,33 @@
 //! Beyond the paper, [`surface::patches`] draws the limit of a Catmull-Clark surface with N_B at every vertex that the
 //! tessellator makes (`render --tess 16`). Departures from the authors' tool, each with its reason, are listed in [`surface`].
 //!
+//! # BLHK18, piece by piece
+//!
+//! | in the paper | here |
+//! |---|---|
+//! | 3.1 curves, Hermite and Bezier form, eqs. (1) to (3) | [`ferguson::hermite`] |
+//! | 3.1 Ferguson and Hermite patches, eq. (4), Fig. 5 | [`ferguson::Mesh::geometry`], [`ferguson::Mesh::colours`]; twists are kept |
+//! | 3.2 colour blending, Fig. 4 | [`ferguson::blend`]; `"blend"` of a scene |
+//! | 3.2 Fig. 6: other packages | our side: `g1` and bilinear; `repro` |
+//! | 4 exact refinement, eq. (5), Figs. 7, 8, 9 | [`ferguson::split`], at any parameter; [`ferguson::merge`] takes splits back |
+//! | 5.1 C^1 editing, T-sections, chain reactions, Fig. 10 | [`ferguson::edit`], [`ferguson::inherit`]; `scenes/ferguson/sections.json` |
+//! | 5.2 C^0 editing, Fig. 11 | [`ferguson::inherit::Continuity::C0`] |
+//! | 6.1 augmented half-edges, levels, shared handles, Fig. 12 | [`ferguson::mesh`] |
+//! | 6.2 adaptive tessellation, even factors along T-sections, Fig. 13 | [`ferguson::fit`], [`patch::stitched`]; `check --zooms` |
+//! | 6.2 virtual subdivision | [`ferguson::Mesh::fit`] |
+//! | 7.1 branching, loops, holes, radial meshes, Fig. 15 | [`ferguson::Mesh::from_quads`]; `scenes/ferguson/branching.json`, `radial.json` |
+//! | 7.2 sharp colours, Figs. 2, 16, 17 | [`ferguson::Mesh::set_sector_colour`]; `scenes/ferguson/sharp_colours.json`, `still_life.json` |
+//! | 8 Table 1 | [`ferguson::traditional`]; `gradtess stats`, `bench --mode both` |
+//! | 8 real-time editing | [`ferguson::live`]: an edit costs what it touches |
+//! | 8 SVG 2, PDF | [`scene::svg`], [`vector`] |
+//! | App. A colour spaces, Fig. 18 | [`patch::space`], and Oklab; per sample on the GPU; `scenes/ferguson/colour_spaces.json` |
+//! | A panel to edit these meshes in | - |
+//!
+//! Departures: a T-section whose sides are coloured by hand keeps its colour (sharp), so every sector has a flag whether it
+//! inherits. Splits need not be dyadic; where they are not, segments along a curve differ in length. Where chains of
+//! T-sections close in a circle, which only splits at any parameter can make, updates go round until nothing changes.
+//! Components lie over one another in the order of the file.
+//!
 //! # Where this departs from the paper
 //!
 //! * **Two sets of rules.** [`refine::Rules::Authors`] is the authors' tool to the letter and reproduces its patches.

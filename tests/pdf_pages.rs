@@ -86,8 +86,6 @@ fn tiff(bytes: &[u8]) -> Theirs {
 struct Agreement {
     compared: usize,
     beyond: usize,
-    /// Those beyond by more than three steps.
-    far: usize,
     /// Greatest difference beyond what is allowed, 1/255; negative where all is well.
     excess: f64,
     mean: f64,
@@ -99,7 +97,7 @@ fn compare(ours: &[DVec4], theirs: &Theirs) -> Agreement {
     assert_eq!(theirs.size, [4 * SIZE; 2]);
     let shown =
         |i: usize| (ours[i].truncate() * ours[i].w + (1.0 - ours[i].w)).clamp(glam::DVec3::ZERO, glam::DVec3::ONE);
-    let mut a = Agreement { compared: 0, beyond: 0, far: 0, excess: f64::NEG_INFINITY, mean: 0.0 };
+    let mut a = Agreement { compared: 0, beyond: 0, excess: f64::NEG_INFINITY, mean: 0.0 };
     for (y, x) in (3..n - 3).flat_map(|y| (3..n - 3).map(move |x| (y, x))) {
         let inside = |dy: usize, dx: usize| ours[(y + dy - 3) * n + x + dx - 3].w > 0.0;
         if !(0..49).all(|k| inside(k / 7, k % 7)) {
@@ -114,7 +112,6 @@ fn compare(ours: &[DVec4], theirs: &Theirs) -> Agreement {
             let excess = off - (0.6 + 1.1 * per_pixel / 4.0);
             a.compared += 1;
             a.beyond += usize::from(excess > 0.0);
-            a.far += usize::from(excess > 3.0);
             a.excess = a.excess.max(excess);
             a.mean += off;
         }
@@ -166,11 +163,12 @@ fn other_programs_draw_the_pages_as_we_draw_the_scenes() {
                     a.excess
                 );
                 assert!(a.compared > 10_000, "{name}");
-                // MuPDF interpolates in 8 bits, cutting off at every step: half a step too dark on average, up to three where
-                // one patch fills a page, and an eighth of a pixel too low. It cannot meet the bar that Ghostscript meets.
+                // MuPDF cuts off at 8 bits too, and cannot do otherwise: half a step, and twice that where a mask of as many
+                // bits multiplies it.
+                let cut = if name == "translucent" { 1.0 } else { 0.5 };
                 let fine = match *program {
                     "gs" => a.beyond == 0,
-                    _ => a.mean < 1.0 && a.far * 100 < a.compared,
+                    _ => a.excess < cut && a.mean < 0.75,
                 };
                 if !fine {
                     short.push(format!("{name} by {program}: {} of {}, {:.3}", a.beyond, a.compared, a.excess));

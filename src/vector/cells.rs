@@ -1,10 +1,16 @@
-//! Patches cut until bilinear colour is close enough to their own.
+//! Patches cut until bilinear colour is close enough to their own, and viewers can be trusted with the pieces.
+//!
+//! A patch is cut into a grid of halves of halves, and patches along a whole edge are cut alike along it: some viewers turn
+//! every piece into triangles of a fixed number (MuPDF: 8 by 8 pairs), and where pieces of different sizes meet, theirs
+//! leave gaps a pixel wide.
 
 use super::Bicubic;
 use crate::ferguson::hermite::halves;
 use crate::ferguson::mesh::tensor;
+use crate::patch::eval::FACE_EDGES;
 use crate::patch::space::Interpolation;
 use glam::{DVec2, DVec4};
+use std::collections::HashMap;
 
 /// A bicubic piece with the colours of its corners A, B, C, D: sRGB, straight alpha, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,31 +39,130 @@ const DEEPEST: u32 = 7;
 /// Corner points of a net.
 const CORNERS: [usize; 4] = [0, 3, 15, 12];
 
+/// Greatest distance, as a part of the drawing's longer side, of a piece's lines from eight chords of theirs: a sixteenth
+/// of a point on a page.
+const FLAT: f64 = 1.0 / (16.0 * super::pdf::LONG_SIDE);
+
+/// Greatest mixed second difference of the corners' colours: halves of squares an eighth of a piece wide, each with linear
+/// colours, are at most a 256th of it off the bilinear ones.
+const TWIST: f64 = 0.15;
+
 /// Cuts patches until their colours are bilinear to `tolerance`.
 pub fn cells(patches: &[Bicubic], colour: Interpolation, tolerance: f64) -> Cells {
+    let mut depths: Vec<[u32; 2]> = {
+        let flat = FLAT * size(patches);
+        patches.iter().map(|patch| depth(patch, colour, tolerance, flat)).collect()
+    };
+    level(patches, &mut depths);
     let mut out = Cells { proved: true, ..Cells::default() };
-    for &patch in patches {
-        let mut waiting = vec![(patch, [0, 0])];
-        while let Some((piece, depth)) = waiting.pop() {
+    for (patch, depth) in patches.iter().zip(depths) {
+        for piece in grid(patch, depth) {
             let bent = Bent::of(&piece, colour);
-            let along = usize::from(bent.along[1] > bent.along[0]);
-            let axis = if depth[along] < DEEPEST { along } else { 1 - along };
-            if bent.error <= tolerance || depth[axis] >= DEEPEST {
-                out.error = out.error.max(bent.error);
-                out.proved &= bent.proved;
-                out.all.push(Cell { geometry: piece.geometry, colours: corners(&piece, colour) });
-                continue;
-            }
-            let geometry = cut(&piece.geometry, axis);
-            let colours = cut(&piece.colours, axis);
-            let mut deeper = depth;
-            deeper[axis] += 1;
-            for half in [1, 0] {
-                waiting.push((Bicubic { geometry: geometry[half], colours: colours[half] }, deeper));
-            }
+            out.error = out.error.max(bent.error);
+            out.proved &= bent.proved;
+            out.all.push(Cell { geometry: piece.geometry, colours: corners(&piece, colour) });
         }
     }
     out
+}
+
+/// The longer side of the rectangle around all points.
+fn size(patches: &[Bicubic]) -> f64 {
+    let all = || patches.iter().flat_map(|patch| patch.geometry);
+    let (low, high) = (all().reduce(DVec2::min), all().reduce(DVec2::max));
+    (high.unwrap_or_default() - low.unwrap_or_default()).max_element()
+}
+
+/// Halvings along u and v that a patch needs on its own.
+fn depth(patch: &Bicubic, colour: Interpolation, tolerance: f64, flat: f64) -> [u32; 2] {
+    let mut depth = [0, 0];
+    loop {
+        let mut along = [0.0f64; 2];
+        for piece in grid(patch, depth) {
+            let bent = Bent::of(&piece, colour);
+            let [p, q, r, s] = corners(&piece, colour);
+            let twist = (p - q + r - s).abs().max_element() / TWIST;
+            // In parts of what is allowed.
+            for (axis, bend) in bends(&piece.geometry).into_iter().enumerate() {
+                // A cubic is at most 6/8 of its second differences off its chord; an eighth of it a 64th of that.
+                along[axis] = along[axis].max(bend * 0.75 / 64.0 / flat.max(f64::MIN_POSITIVE)).max(twist);
+            }
+            if bent.error > tolerance {
+                let (more, part) = (bent.along[0].max(bent.along[1]), bent.error / tolerance);
+                for axis in 0..2 {
+                    // Off in the middle alone: either direction is as good.
+                    let share = if more > 0.0 { bent.along[axis] / more } else { 1.0 };
+                    along[axis] = along[axis].max(part * share);
+                }
+            }
+        }
+        if along[0].max(along[1]) <= 1.0 {
+            return depth;
+        }
+        let worse = usize::from(along[1] > along[0]);
+        let axis = if depth[worse] < DEEPEST { worse } else { 1 - worse };
+        if depth[axis] >= DEEPEST {
+            return depth;
+        }
+        depth[axis] += 1;
+    }
+}
+
+/// Greatest second difference of a net's lines along u and along v.
+fn bends(net: &[DVec2; 16]) -> [f64; 2] {
+    let mut along = [0.0f64; 2];
+    for line in 0..4 {
+        for k in 0..2 {
+            let (u, v) = (4 * line + k, line + 4 * k);
+            along[0] = along[0].max((net[u] - net[u + 1] * 2.0 + net[u + 2]).length());
+            along[1] = along[1].max((net[v] - net[v + 4] * 2.0 + net[v + 8]).length());
+        }
+    }
+    along
+}
+
+/// Cuts both patches along an edge alike: an edge is known by its points, in either direction.
+fn level(patches: &[Bicubic], depths: &mut [[u32; 2]]) {
+    let key = |patch: &Bicubic, slots: [usize; 4]| {
+        let q = slots.map(|i| patch.geometry[i].to_array().map(|x| (x + 0.0).to_bits()));
+        let reversed = [q[3], q[2], q[1], q[0]];
+        if q <= reversed {
+            q
+        } else {
+            reversed
+        }
+    };
+    let mut edges: HashMap<[[u64; 2]; 4], Vec<(usize, usize)>> = HashMap::new();
+    for (p, patch) in patches.iter().enumerate() {
+        for (side, slots) in FACE_EDGES.into_iter().enumerate() {
+            edges.entry(key(patch, slots)).or_default().push((p, side % 2));
+        }
+    }
+    let mut waiting: Vec<usize> = (0..patches.len()).collect();
+    while let Some(p) = waiting.pop() {
+        for (side, slots) in FACE_EDGES.into_iter().enumerate() {
+            let most = depths[p][side % 2];
+            for &(other, axis) in edges.get(&key(&patches[p], slots)).into_iter().flatten() {
+                if depths[other][axis] < most {
+                    depths[other][axis] = most;
+                    waiting.push(other);
+                }
+            }
+        }
+    }
+}
+
+/// The pieces of a patch halved so often along u and v, row by row.
+fn grid(patch: &Bicubic, depth: [u32; 2]) -> Vec<Bicubic> {
+    let halve = |pieces: Vec<Bicubic>, axis: usize| -> Vec<Bicubic> {
+        let both = |piece: Bicubic| {
+            let (geometry, colours) = (cut(&piece.geometry, axis), cut(&piece.colours, axis));
+            [0, 1].map(|half| Bicubic { geometry: geometry[half], colours: colours[half] })
+        };
+        pieces.into_iter().flat_map(both).collect()
+    };
+    let rows = (0..depth[1]).fold(vec![*patch], |pieces, _| halve(pieces, 1));
+    (0..depth[0]).fold(rows, |pieces, _| halve(pieces, 0))
 }
 
 fn shown(c: DVec4, colour: Interpolation) -> DVec4 {
@@ -163,6 +268,27 @@ mod tests {
             }
         }
         assert!(worst <= cells.error && worst > 0.1 * cells.error, "{worst} {}", cells.error);
+    }
+
+    #[test]
+    fn neighbours_are_cut_alike_along_their_edge() {
+        let (left, mut right) = (ramp(), ramp());
+        // Across the edge between them, no colours that need cutting.
+        for (i, at) in right.geometry.iter_mut().enumerate() {
+            *at = left.geometry[i] + DVec2::new(1.0, 0.0);
+        }
+        let mut turned = ramp();
+        for i in 0..16 {
+            // Its v runs along the u of `left`, above it.
+            turned.geometry[i] = left.geometry[4 * (i % 4) + i / 4] + DVec2::new(0.0, 1.0);
+            turned.colours[i] = DVec4::ONE;
+        }
+        let alone = cells(&[turned], Interpolation::default(), 1e-3).all.len();
+        let one = cells(&[left], Interpolation::default(), 1e-3).all.len();
+        assert_eq!(alone, 1);
+        assert_eq!(cells(&[left, turned], Interpolation::default(), 1e-3).all.len(), 2 * one);
+        right.colours = [DVec4::ONE; 16];
+        assert_eq!(cells(&[left, right], Interpolation::default(), 1e-3).all.len(), one + 1);
     }
 
     #[test]
