@@ -89,10 +89,9 @@ fn depth(patch: &Bicubic, colour: Interpolation, tolerance: f64, flat: f64) -> [
             }
             if bent.error > tolerance {
                 let (more, part) = (bent.along[0].max(bent.along[1]), bent.error / tolerance);
-                for axis in 0..2 {
+                for (need, bend) in along.iter_mut().zip(bent.along) {
                     // Off in the middle alone: either direction is as good.
-                    let share = if more > 0.0 { bent.along[axis] / more } else { 1.0 };
-                    along[axis] = along[axis].max(part * share);
+                    *need = need.max(part * if more > 0.0 { bend / more } else { 1.0 });
                 }
             }
         }
@@ -278,11 +277,9 @@ mod tests {
             *at = left.geometry[i] + DVec2::new(1.0, 0.0);
         }
         let mut turned = ramp();
-        for i in 0..16 {
-            // Its v runs along the u of `left`, above it.
-            turned.geometry[i] = left.geometry[4 * (i % 4) + i / 4] + DVec2::new(0.0, 1.0);
-            turned.colours[i] = DVec4::ONE;
-        }
+        // Its v runs along the u of `left`, above it.
+        turned.geometry = std::array::from_fn(|i| left.geometry[4 * (i % 4) + i / 4] + DVec2::new(0.0, 1.0));
+        turned.colours = [DVec4::ONE; 16];
         let alone = cells(&[turned], Interpolation::default(), 1e-3).all.len();
         let one = cells(&[left], Interpolation::default(), 1e-3).all.len();
         assert_eq!(alone, 1);
