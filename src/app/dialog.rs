@@ -232,7 +232,8 @@ impl Editor {
         ui.label(format!("{} has changes that are not saved.", self.title()));
         let mut stays = true;
         ui.horizontal(|ui| {
-            if ui.button("Save").clicked() {
+            let enter = ui.input(|i| i.key_pressed(egui::Key::Enter));
+            if ui.button("Save").on_hover_text("Enter").clicked() || enter {
                 match self.file.clone() {
                     Some(file) => {
                         if self.save(&file) {

@@ -66,6 +66,8 @@ pub struct Shown {
     pub grid: f64,
     /// Points snap to each other.
     pub snap_points: bool,
+    /// Opacity of the surface over a reference picture.
+    pub opacity: f32,
 }
 
 /// A change that is being made with the pointer held down: one step in the end.
@@ -176,7 +178,15 @@ impl Editor {
                 samples: 1,
             },
             stage: Stage::Input,
-            shown: Shown { mesh: true, handles: true, control: false, influence: true, grid: 0.0, snap_points: false },
+            shown: Shown {
+                mesh: true,
+                handles: true,
+                control: false,
+                influence: true,
+                grid: 0.0,
+                snap_points: false,
+                opacity: 0.75,
+            },
             tool: Tool::Move,
             brush: Brush { radius: 40.0, colour: DVec4::new(0.9, 0.35, 0.25, 1.0), moves: false },
             selection: BTreeSet::new(),

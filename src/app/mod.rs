@@ -58,6 +58,8 @@ pub struct Launch {
     pub size: [f32; 2],
     /// The device.
     pub gpu: GpuOptions,
+    /// Whether the window's surface has to be one that converts colours to sRGB.
+    pub converting: bool,
 }
 
 /// Why the editor ended without being asked to.
@@ -97,7 +99,8 @@ impl AppCreator<SharedAllocator> for Creator {
     type App = Watched;
 
     fn create(&self, cc: CreationContext) -> (Watched, AshRenderState<SharedAllocator>) {
-        let opened = Gpu::for_window(&self.launch.gpu, &cc.required_instance_extensions, cc.main_window);
+        let opened =
+            Gpu::for_window(&self.launch.gpu, &cc.required_instance_extensions, cc.main_window, self.launch.converting);
         let (gpu, screen) = match opened {
             Ok(opened) => opened,
             // egui-ash has no way to say no here; `run` catches this.

@@ -1,11 +1,12 @@
 //! The bars and panels around the canvas.
 
+use super::colour;
 use super::dialog::{Dialog, Then, Wanted};
 use super::editor::{Editor, Tool};
 use super::keys::Command;
 use super::overlay::{colour32, describe};
-use super::{colour, render};
 use crate::edit::handle::{Kind, Stage};
+use crate::patch::tess::TessRule;
 use egui::{Context, Rect, Sense, Ui};
 use glam::{DVec3, DVec4};
 
@@ -271,6 +272,8 @@ impl Editor {
         let before = r.clone();
         ui.weak(&r.file);
         ui.add(egui::Slider::new(&mut r.opacity, 0.0..=1.0).text("opacity"));
+        ui.add(egui::Slider::new(&mut self.shown.opacity, 0.0..=1.0).text("surface"))
+            .on_hover_text("opacity of the surface over the picture");
         ui.horizontal(|ui| {
             ui.checkbox(&mut r.locked, "locked");
             if ui.button("Remove").clicked() {
@@ -324,16 +327,21 @@ impl Editor {
         let painter = ui.painter_at(rect);
         let under = self.reference_shown(ui.ctx(), &painter);
         self.look.background = if under { None } else { Some([0.86, 0.86, 0.88, 1.0]) };
-        let (look, view) = (self.look, self.view);
+        let (mut look, view) = (self.look, self.view);
+        if let (true, TessRule::Pixels(p)) = (self.in_gesture(), look.tess) {
+            // Half as fine while something is held: drawing is most of a drag's time on a software rasteriser, and pieces
+            // of twice the length are a fraction of a pixel off the curve.
+            look.tess = TessRule::Pixels(2.0 * p);
+        }
         let drawn = match &mut self.renderer {
-            Some(renderer) => renderer.draw(&self.model, &view, &render::Look { ..look }),
+            Some(renderer) => renderer.draw(&self.model, &view, &look),
             None => Ok(None),
         };
         match drawn {
             Ok(Some(texture)) => {
                 let uv = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
                 // A picture to draw after shows through.
-                let opacity = if under { 0.75 } else { 1.0 };
+                let opacity = if under { self.shown.opacity } else { 1.0 };
                 painter.image(texture, rect, uv, egui::Color32::WHITE.gamma_multiply(opacity));
             }
             Ok(None) => {}

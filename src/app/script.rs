@@ -61,6 +61,8 @@ pub enum Action {
     Resize([f32; 2]),
     /// The window is minimised, or comes back.
     Minimise(bool),
+    /// The system takes the window's pixels away, or gives them back.
+    Suspend(bool),
     /// The window's close button.
     Close(bool),
     /// The window is written to NAME.png once this frame is drawn.

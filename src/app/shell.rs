@@ -12,7 +12,7 @@ use egui::{ClippedPrimitive, Context, RawInput, TextureId};
 use egui_ash::{event, winit, EguiCommand, ExitSignal, HandleRedraw};
 use serde::Serialize;
 use std::cell::RefCell;
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -59,6 +59,8 @@ pub struct Report {
     pub edit_to_frame_ms: Option<f64>,
     /// Median share of refinement and patches in that.
     pub refine_share: Option<f64>,
+    /// Where that time goes: medians of the stages of the frames that showed an edit, ms.
+    pub stages_ms: BTreeMap<&'static str, f64>,
 }
 
 /// A script that is replayed.
@@ -128,13 +130,19 @@ pub struct Shell {
     ending: bool,
     native_scale: f32,
     edited: Option<Edited>,
-    edits: Vec<[f64; 2]>,
+    edits: Vec<[f64; STAGES.len()]>,
+    /// Time of the last frame's presentation, ms.
+    shown_ms: f64,
 }
+
+/// Stages of a frame that shows an edit, as the report names them. `widgets` is the panels, the overlay's geometry and
+/// all else that runs on the host; `window` is drawing them, the scene's texture included, and presenting.
+const STAGES: [&str; 8] = ["whole", "folds", "refine", "patches", "upload", "scene", "widgets", "window"];
 
 /// A frame that shows an edit, until it is on the screen.
 struct Edited {
     begun: Instant,
-    refine_ms: f64,
+    stages: [f64; STAGES.len()],
 }
 
 /// Widgets ready to be shown in a window of a size.
@@ -174,15 +182,16 @@ impl Shell {
             native_scale,
             edited: None,
             edits: Vec::new(),
+            shown_ms: 0.0,
         }
     }
 
     fn report(&self) -> Report {
-        let median = |k: usize| {
-            let mut all: Vec<f64> = self.edits.iter().map(|e| e[k]).collect();
+        let middle = |mut all: Vec<f64>| {
             all.sort_by(f64::total_cmp);
             all.get(all.len() / 2).copied()
         };
+        let median = |k: usize| middle(self.edits.iter().map(|e| e[k]).collect());
         Report {
             schema: "gradtess.edit/1",
             file: self.editor.file.clone(),
@@ -192,7 +201,8 @@ impl Shell {
             dragged: self.editor.dragged.clone(),
             edit_frames: self.edits.len(),
             edit_to_frame_ms: median(0),
-            refine_share: median(1),
+            refine_share: middle(self.edits.iter().map(|e| (e[2] + e[3]) / e[0].max(1e-9)).collect()),
+            stages_ms: (0..STAGES.len()).filter_map(|k| Some((STAGES[k], median(k)?))).collect(),
         }
     }
 
@@ -213,7 +223,10 @@ impl Shell {
         while let Ok((size, widgets)) = self.frames.1.try_recv() {
             let shooting = self.replay.as_mut().is_some_and(|r| std::mem::take(&mut r.shooting));
             let Some(renderer) = &mut self.editor.renderer else { continue };
-            match renderer.screen.show([size.width, size.height], widgets, shooting) {
+            let begun = Instant::now();
+            let shown = renderer.screen.show([size.width, size.height], widgets, shooting);
+            self.shown_ms = begun.elapsed().as_secs_f64() * 1e3;
+            match shown {
                 Ok(Outcome::Shown(picture)) => {
                     let name = if shooting { self.replay.as_mut().and_then(|r| r.shot.take()) } else { None };
                     if let (Some(name), Some(picture)) = (name, picture) {
@@ -312,6 +325,11 @@ impl Shell {
         } else if replay.ends {
             self.finish(None);
             return None;
+        } else {
+            // From here on a person has the window.
+            self.replay = None;
+            self.inner.style_mut(|style| style.animation_time = egui::Style::default().animation_time);
+            return None;
         }
         let replay = self.replay.as_ref()?;
         raw.modifiers = replay.keyboard.held();
@@ -340,8 +358,15 @@ impl Shell {
                 outer.send_viewport_cmd(egui::ViewportCommand::Minimized(on));
                 replay.wait_until = Some(Instant::now() + Duration::from_millis(100));
             }
+            Action::Suspend(on) => self.suspend(on),
             Action::Close(_) => self.closed_by_window(),
             _ => {}
+        }
+    }
+
+    fn suspend(&mut self, on: bool) {
+        if let Some(renderer) = &mut self.editor.renderer {
+            renderer.screen.suspend(on);
         }
     }
 
@@ -432,8 +457,12 @@ impl Shell {
         let folds = if edited { editor.fold_cost.time.as_secs_f64() * 1e3 } else { 0.0 };
         editor.timing.add(stages, (whole - stages - folds).max(0.0));
         if edited {
-            let refine_ms = editor.model.times.iter().map(|t| t.as_secs_f64() * 1e3).sum();
-            self.edited = Some(Edited { begun, refine_ms });
+            let ms = |t: Duration| t.as_secs_f64() * 1e3;
+            let [refine, patches] = editor.model.times.map(ms);
+            let upload = drawn.upload.map_or(0.0, ms);
+            let scene = stages - refine - patches - upload;
+            let widgets = (whole - stages - folds).max(0.0);
+            self.edited = Some(Edited { begun, stages: [0.0, folds, refine, patches, upload, scene, widgets, 0.0] });
         }
     }
 
@@ -451,7 +480,12 @@ impl Replay {
     /// Adds an action to the input; `false`: it is none, but something that happens to the window.
     fn keyboard_takes(&mut self, action: &Action, view: super::view::View, raw: &mut RawInput) -> bool {
         match action {
-            Action::Screenshot(_) | Action::Wait(_) | Action::Resize(_) | Action::Minimise(_) | Action::Close(_) => {
+            Action::Screenshot(_)
+            | Action::Wait(_)
+            | Action::Resize(_)
+            | Action::Minimise(_)
+            | Action::Suspend(_)
+            | Action::Close(_) => {
                 return false;
             }
             Action::Drop(path) => raw
@@ -507,6 +541,8 @@ impl egui_ash::App for Shell {
             event::Event::ViewportEvent { event: winit::event::WindowEvent::CloseRequested, .. } => {
                 self.closed_by_window();
             }
+            event::Event::AppEvent { event: event::AppEvent::Suspended } => self.suspend(true),
+            event::Event::AppEvent { event: event::AppEvent::Resumed } => self.suspend(false),
             event::Event::AppEvent { event: event::AppEvent::LoopExiting } => {
                 // However the loop ends: what is unsaved stays in the journal.
                 let report = self.report();
@@ -538,11 +574,12 @@ impl Shell {
     fn rest(&mut self) {
         if let Some(edited) = self.edited.take() {
             let whole = edited.begun.elapsed().as_secs_f64() * 1e3;
-            let share = edited.refine_ms / whole.max(1e-9);
+            let mut stages = edited.stages;
+            (stages[0], stages[7]) = (whole, self.shown_ms);
             self.editor.timing.input_to_frame = Some(whole);
-            self.editor.timing.refine_share = Some(share);
+            self.editor.timing.refine_share = Some((stages[2] + stages[3]) / whole.max(1e-9));
             if self.edits.len() < 1 << 16 {
-                self.edits.push([whole, share]);
+                self.edits.push(stages);
             }
         }
         match &self.replay {

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 #[command(
     after_help = "A script is one JSON object a line: {\"at\": SECONDS, \"ACTION\": VALUE}. Actions: move [x, y] (points \
     of the window), aim [x, y] (model coordinates), down, up (\"left\", \"middle\", \"right\"), wheel [x, y], key, hold, \
-    release (\"Ctrl+Z\"), modifiers (\"Shift\"), text, paste, copy, drop (a file), resize [w, h], minimise, close, \
+    release (\"Ctrl+Z\"), modifiers (\"Shift\"), text, paste, copy, drop (a file), resize [w, h], minimise, suspend, close, \
     screenshot (a name), wait (real seconds). Actions of one time go into one frame; lines that begin with # are remarks."
 )]
 pub struct Edit {
@@ -34,6 +34,9 @@ pub struct Edit {
     /// Width and height of the window, points
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x800")]
     size: [u32; 2],
+    /// Show the window through a surface format that converts to sRGB, as on devices that have no other
+    #[arg(long, hide = true)]
+    srgb_surface: bool,
     /// Journal of a session whose window was closed over unsaved work
     #[arg(long, hide = true)]
     resume: Option<PathBuf>,
@@ -59,6 +62,7 @@ impl Edit {
             resume: self.resume.clone(),
             size: self.size.map(|x| x as f32),
             gpu: global.gpu(),
+            converting: self.srgb_surface,
         };
         let ended = app::run(launch).map_err(|e| match e {
             AppError::Script(what) => Failure::input(what),
@@ -71,7 +75,7 @@ impl Edit {
         }
         match ended.journal {
             // A script has its end; only a person can be asked.
-            Some(journal) if self.script.is_none() => Err(self.ask_again(global, &journal)),
+            Some(journal) if self.script.is_none() || self.stay => Err(self.ask_again(global, &journal)),
             _ => Ok(()),
         }
     }

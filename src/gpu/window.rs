@@ -7,7 +7,7 @@ use super::context::{Commands, Context, SharedAllocator};
 use super::device;
 use super::error::{GpuError, Named};
 use super::instance::Instance;
-use super::memory::{Buffer, COLOUR_RANGE};
+use super::memory::{Buffer, Image, COLOUR_RANGE};
 use super::pipeline::Pipelines;
 use super::{Canvas, Gpu, GpuOptions};
 use crate::image::Picture;
@@ -33,6 +33,8 @@ pub struct Screen {
     sampler: vk::Sampler,
     // Widgets that could not be shown yet: they bring textures with them, so none may be left out.
     kept: Vec<EguiCommand>,
+    converting: bool,
+    suspended: bool,
 }
 
 /// A swapchain and what belongs to its images.
@@ -41,11 +43,31 @@ struct Chain {
     images: Vec<vk::Image>,
     // Of each image: signalled when it is drawn.
     drawn: Vec<vk::Semaphore>,
-    format: vk::Format,
     extent: [u32; 2],
+    // Where the widgets are drawn when the images' own format would convert their colours.
+    between: Option<Between>,
+    // Format and readability of what the widgets are drawn to.
+    format: vk::Format,
     readable: bool,
     // Whether the widgets' renderer knows these images.
     announced: bool,
+}
+
+/// An image in a format that keeps colours as they are, and how it gets to the swapchain's.
+struct Between {
+    image: Image,
+    way: Way,
+}
+
+/// How widgets get into the swapchain's images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// They are drawn there.
+    Straight,
+    /// Byte for byte out of an image of this format, which differs from theirs in how bytes are read only.
+    Copied(vk::Format),
+    /// Out of an image of this format, value for value.
+    Blitted(vk::Format),
 }
 
 /// What became of a frame.
@@ -58,7 +80,8 @@ pub enum Outcome {
 }
 
 impl Gpu {
-    /// Opens a device that can show frames in `window`; `extensions` are the instance extensions for that.
+    /// Opens a device that can show frames in `window`; `extensions` are the instance extensions for that. With
+    /// `converting` only surface formats that convert to sRGB are taken, as on devices that offer no others.
     ///
     /// # Errors
     /// As [`Gpu::new`]; or the device cannot present.
@@ -66,6 +89,7 @@ impl Gpu {
         options: &GpuOptions,
         extensions: &[CString],
         window: &winit::window::Window,
+        converting: bool,
     ) -> Result<(Gpu, Screen), GpuError> {
         let instance = Instance::new(options.validate, extensions)?;
         let surface_loader = Surface::new(&instance.entry, &instance.handle);
@@ -95,7 +119,8 @@ impl Gpu {
         };
         let context = Rc::new(Context::new(instance, candidate, true)?);
         let gpu = Gpu { pipelines: Pipelines::new(&context)?, context };
-        let screen = Screen::new(&gpu.context, surface_loader, surface)?;
+        let mut screen = Screen::new(&gpu.context, surface_loader, surface)?;
+        screen.converting = converting;
         Ok((gpu, screen))
     }
 }
@@ -113,6 +138,8 @@ impl Screen {
             acquired: vk::Semaphore::null(),
             sampler: vk::Sampler::null(),
             kept: Vec::new(),
+            converting: false,
+            suspended: false,
         };
         screen.acquired = screen.semaphore("image acquired")?;
         // The image has the pixels of its place in the window one by one.
@@ -162,12 +189,27 @@ impl Screen {
         self.stale = true;
     }
 
+    /// The system takes the window's pixels away (`true`), or gives them back. The swapchain goes with them.
+    pub fn suspend(&mut self, on: bool) {
+        self.suspended = on;
+        self.stale = true;
+        if on {
+            let chain = self.chain.take();
+            // SAFETY: the device is alive.
+            let _ = unsafe { self.context.device.device_wait_idle() };
+            self.discard(chain);
+        }
+    }
+
     /// Shows a frame of widgets in a window of `size` pixels and waits until it is drawn; `read` asks for its pixels.
     ///
     /// # Errors
     /// A call failed; the surface or the device is lost.
     pub fn show(&mut self, size: [u32; 2], widgets: EguiCommand, read: bool) -> Result<Outcome, GpuError> {
         self.kept.push(widgets);
+        if self.suspended {
+            return Ok(Outcome::Later);
+        }
         let stale = self.stale || self.chain.as_ref().is_none_or(|c| c.extent != size);
         if stale && !self.remake(size)? {
             return Ok(Outcome::Later);
@@ -192,7 +234,10 @@ impl Screen {
             last.update_swapchain(SwapchainUpdateInfo {
                 width: chain.extent[0],
                 height: chain.extent[1],
-                swapchain_images: chain.images.clone(),
+                swapchain_images: match &chain.between {
+                    Some(between) => vec![between.image.handle; chain.images.len()],
+                    None => chain.images.clone(),
+                },
                 surface_format: chain.format,
             });
             chain.announced = true;
@@ -207,7 +252,8 @@ impl Screen {
             )?),
             false => None,
         };
-        let (image, drawn) = (chain.images[index as usize], chain.drawn[index as usize]);
+        let (shown, drawn) = (chain.images[index as usize], chain.drawn[index as usize]);
+        let image = chain.between.as_ref().map_or(shown, |b| b.image.handle);
         let context = &self.context;
         self.commands.run_between(Some(self.acquired), Some(drawn), |commands| {
             let count = widgets.len();
@@ -219,6 +265,9 @@ impl Screen {
             }
             if let Some(pixels) = &pixels {
                 copy(context, commands, image, chain.extent, pixels);
+            }
+            if let Some(between) = &chain.between {
+                hand_over(context, commands, [image, shown], chain.extent, between.way);
             }
             Ok(())
         })?;
@@ -261,16 +310,31 @@ impl Screen {
         if extent[0] == 0 || extent[1] == 0 || size[0] == 0 || size[1] == 0 {
             return Ok(false);
         }
-        let format = choose_format(&formats)?;
-        // egui-ash makes its pipeline for one format; a screen that wants another takes what its driver converts.
+        let blits = |format| {
+            // SAFETY: the device is alive.
+            let able = unsafe { self.context.instance.handle.get_physical_device_format_properties(physical, format) };
+            able.optimal_tiling_features.contains(vk::FormatFeatureFlags::BLIT_DST)
+        };
+        let (format, way) = choose_format(&formats, self.converting, blits)?;
         let mut count = able.min_image_count + 1;
         if able.max_image_count != 0 {
             count = count.min(able.max_image_count);
         }
-        let readable = able.supported_usage_flags.contains(vk::ImageUsageFlags::TRANSFER_SRC);
         let mut usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_DST;
+        let mut readable = able.supported_usage_flags.contains(vk::ImageUsageFlags::TRANSFER_SRC);
         if readable {
             usage |= vk::ImageUsageFlags::TRANSFER_SRC;
+        }
+        let mut drawn_in = format.format;
+        let mut between = None;
+        if let Way::Copied(plain) | Way::Blitted(plain) = way {
+            (drawn_in, readable) = (plain, true);
+            let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
+                | vk::ImageUsageFlags::TRANSFER_DST
+                | vk::ImageUsageFlags::TRANSFER_SRC;
+            let one = vk::SampleCountFlags::TYPE_1;
+            let image = Image::new(&self.context, "window before conversion", extent, plain, one, usage)?;
+            between = Some(Between { image, way });
         }
         let alpha = [
             vk::CompositeAlphaFlagsKHR::OPAQUE,
@@ -298,9 +362,10 @@ impl Screen {
             handle,
             images: Vec::new(),
             drawn: Vec::new(),
-            format: format.format,
             extent,
-            readable: readable && bytes_order(format.format).is_some(),
+            between,
+            format: drawn_in,
+            readable: readable && bytes_order(drawn_in).is_some(),
             announced: false,
         };
         // SAFETY: as above; after wait-idle nothing uses the old images.
@@ -343,25 +408,46 @@ impl Drop for Screen {
     }
 }
 
-/// A format that stores colours as they are: no conversion to sRGB, for they are sRGB already.
-fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Result<vk::SurfaceFormatKHR, GpuError> {
-    let wanted = [
-        vk::Format::B8G8R8A8_UNORM,
-        vk::Format::R8G8B8A8_UNORM,
-        vk::Format::A8B8G8R8_UNORM_PACK32,
-        vk::Format::A2B10G10R10_UNORM_PACK32,
-        vk::Format::A2R10G10B10_UNORM_PACK32,
-        vk::Format::R5G6B5_UNORM_PACK16,
+/// A surface format, and how colours get there as they are, for they are sRGB already: drawn at best; else drawn in a
+/// format without conversion and copied, or blitted where the device `blits` to the format.
+fn choose_format(
+    formats: &[vk::SurfaceFormatKHR],
+    converting: bool,
+    blits: impl Fn(vk::Format) -> bool,
+) -> Result<(vk::SurfaceFormatKHR, Way), GpuError> {
+    use vk::Format as F;
+    let straight = [
+        F::B8G8R8A8_UNORM,
+        F::R8G8B8A8_UNORM,
+        F::A8B8G8R8_UNORM_PACK32,
+        F::A2B10G10R10_UNORM_PACK32,
+        F::A2R10G10B10_UNORM_PACK32,
+        F::R5G6B5_UNORM_PACK16,
     ];
-    let plain = |f: &&vk::SurfaceFormatKHR| f.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR;
-    if let Some(any) = formats.iter().find(|f| f.format == vk::Format::UNDEFINED) {
-        return Ok(vk::SurfaceFormatKHR { format: wanted[0], color_space: any.color_space });
+    let twins = [
+        (F::B8G8R8A8_SRGB, F::B8G8R8A8_UNORM),
+        (F::R8G8B8A8_SRGB, F::R8G8B8A8_UNORM),
+        (F::A8B8G8R8_SRGB_PACK32, F::A8B8G8R8_UNORM_PACK32),
+    ];
+    if let Some(any) = formats.iter().find(|f| f.format == F::UNDEFINED) {
+        let format = if converting { twins[0].0 } else { straight[0] };
+        let way = if converting { Way::Copied(twins[0].1) } else { Way::Straight };
+        return Ok((vk::SurfaceFormatKHR { format, color_space: any.color_space }, way));
     }
-    let found = wanted.iter().find_map(|&w| formats.iter().filter(plain).find(|f| f.format == w));
-    found.copied().ok_or_else(|| {
-        GpuError::Request(
-            "the window takes no surface format that keeps colours as they are; choose another device".to_owned(),
-        )
+    let plain = || formats.iter().filter(|f| f.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR);
+    let find = |wanted: F| plain().find(|f| f.format == wanted).copied();
+    if !converting {
+        if let Some(found) = straight.into_iter().find_map(find) {
+            return Ok((found, Way::Straight));
+        }
+    }
+    if let Some((found, unorm)) = twins.into_iter().find_map(|(srgb, unorm)| Some((find(srgb)?, unorm))) {
+        return Ok((found, Way::Copied(unorm)));
+    }
+    // Values are converted between number types, not between colour spaces.
+    let rest = plain().find(|f| !straight.contains(&f.format) && blits(f.format));
+    rest.map(|&found| (found, Way::Blitted(F::R8G8B8A8_UNORM))).ok_or_else(|| {
+        GpuError::Request("the window takes no surface format of sRGB colours; choose another device".to_owned())
     })
 }
 
@@ -456,6 +542,75 @@ fn copy(context: &Context, commands: vk::CommandBuffer, image: vk::Image, extent
     );
 }
 
+/// Brings a drawn image into the swapchain's, ready to present.
+fn hand_over(
+    context: &Context,
+    commands: vk::CommandBuffer,
+    [from, to]: [vk::Image; 2],
+    [width, height]: [u32; 2],
+    way: Way,
+) {
+    use vk::{AccessFlags as Access, ImageLayout as Layout, PipelineStageFlags as Stage};
+    barrier(
+        context,
+        commands,
+        from,
+        [Layout::PRESENT_SRC_KHR, Layout::TRANSFER_SRC_OPTIMAL],
+        [Stage::COLOR_ATTACHMENT_OUTPUT | Stage::TRANSFER, Stage::TRANSFER],
+        [Access::COLOR_ATTACHMENT_WRITE, Access::TRANSFER_READ],
+    );
+    barrier(
+        context,
+        commands,
+        to,
+        [Layout::UNDEFINED, Layout::TRANSFER_DST_OPTIMAL],
+        // The wait for the image covers this stage.
+        [Stage::TRANSFER, Stage::TRANSFER],
+        [Access::empty(), Access::TRANSFER_WRITE],
+    );
+    let layers = vk::ImageSubresourceLayers {
+        aspect_mask: vk::ImageAspectFlags::COLOR,
+        mip_level: 0,
+        base_array_layer: 0,
+        layer_count: 1,
+    };
+    let (source, target) = (Layout::TRANSFER_SRC_OPTIMAL, Layout::TRANSFER_DST_OPTIMAL);
+    // SAFETY: recording, outside a render pass; both images have this extent and these layouts, and their formats are
+    // as the way says.
+    unsafe {
+        match way {
+            Way::Blitted(_) => {
+                let whole = [vk::Offset3D::default(), vk::Offset3D { x: width as i32, y: height as i32, z: 1 }];
+                let region = vk::ImageBlit {
+                    src_subresource: layers,
+                    src_offsets: whole,
+                    dst_subresource: layers,
+                    dst_offsets: whole,
+                };
+                let device = &context.device;
+                device.cmd_blit_image(commands, from, source, to, target, &[region], vk::Filter::NEAREST);
+            }
+            Way::Straight | Way::Copied(_) => {
+                let region = vk::ImageCopy {
+                    src_subresource: layers,
+                    dst_subresource: layers,
+                    extent: vk::Extent3D { width, height, depth: 1 },
+                    ..vk::ImageCopy::default()
+                };
+                context.device.cmd_copy_image(commands, from, source, to, target, &[region]);
+            }
+        }
+    }
+    barrier(
+        context,
+        commands,
+        to,
+        [Layout::TRANSFER_DST_OPTIMAL, Layout::PRESENT_SRC_KHR],
+        [Stage::TRANSFER, Stage::BOTTOM_OF_PIPE],
+        [Access::TRANSFER_WRITE, Access::empty()],
+    );
+}
+
 fn barrier(
     context: &Context,
     commands: vk::CommandBuffer,
@@ -508,15 +663,23 @@ mod tests {
 
     #[test]
     fn colours_are_never_converted() {
-        let choose = |formats: &[vk::Format]| {
+        let choose = |formats: &[vk::Format], converting| {
             let formats: Vec<_> = formats.iter().map(|&f| surface(f)).collect();
-            choose_format(&formats).map(|f| f.format)
+            let found = choose_format(&formats, converting, |f| f == vk::Format::R16G16B16A16_SFLOAT);
+            found.map(|(f, way)| (f.format, way))
         };
         use vk::Format as F;
-        assert_eq!(choose(&[F::B8G8R8A8_SRGB, F::R8G8B8A8_UNORM]).unwrap(), F::R8G8B8A8_UNORM);
-        assert_eq!(choose(&[F::R8G8B8A8_UNORM, F::B8G8R8A8_UNORM]).unwrap(), F::B8G8R8A8_UNORM);
-        assert_eq!(choose(&[F::UNDEFINED]).unwrap(), F::B8G8R8A8_UNORM);
-        assert!(choose(&[F::B8G8R8A8_SRGB]).unwrap_err().is_request());
+        let both = [F::B8G8R8A8_SRGB, F::R8G8B8A8_UNORM];
+        assert_eq!(choose(&both, false).unwrap(), (F::R8G8B8A8_UNORM, Way::Straight));
+        assert_eq!(choose(&both, true).unwrap(), (F::B8G8R8A8_SRGB, Way::Copied(F::B8G8R8A8_UNORM)));
+        let two = [F::R8G8B8A8_UNORM, F::B8G8R8A8_UNORM];
+        assert_eq!(choose(&two, false).unwrap(), (F::B8G8R8A8_UNORM, Way::Straight));
+        assert!(choose(&two, true).unwrap_err().is_request());
+        assert_eq!(choose(&[F::UNDEFINED], false).unwrap(), (F::B8G8R8A8_UNORM, Way::Straight));
+        assert_eq!(choose(&[F::R8G8B8A8_SRGB], false).unwrap().1, Way::Copied(F::R8G8B8A8_UNORM));
+        let float = choose(&[F::R16G16B16A16_SFLOAT], false).unwrap();
+        assert_eq!(float, (F::R16G16B16A16_SFLOAT, Way::Blitted(F::R8G8B8A8_UNORM)));
+        assert!(choose(&[F::R8G8_UNORM], false).unwrap_err().is_request());
         assert_eq!(picture(&[1, 2, 3, 4], [1, 1], F::B8G8R8A8_UNORM).rgba, [3, 2, 1, 255]);
         assert_eq!(picture(&[1, 2, 3, 4], [1, 1], F::R8G8B8A8_UNORM).rgba, [1, 2, 3, 255]);
     }
