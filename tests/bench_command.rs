@@ -330,6 +330,46 @@ fn wrong_requests_say_what_to_do() {
     assert!(!out.exists(), "nothing is written for a wrong request");
 }
 
+/// Edits followed in place touch and upload a part of what a rebuild does, and draw the same patches.
+#[test]
+fn edits_are_followed_in_place_in_sheets_of_copies() {
+    for edits in ["geometry", "colour"] {
+        let out = folder("local");
+        let arguments = [
+            &["scenes/cherry.json", "-o", out.to_str().unwrap(), "--short", "--tess", "1", "--edits", edits][..],
+            &["--copies", "3", "--local", "--pair", "--local=false"],
+            &["--frames", "3", "--warmup", "1", "--warmup-seconds", "0", "--stats-frames", "1", "--repeats", "1"],
+        ]
+        .concat();
+        json(&arguments);
+        let (run, rows) = checked(&out);
+        let own = run["runs"][0]["run_id"].as_str().unwrap();
+        let mut seen = [0; 2];
+        for row in rows.iter().filter(|row| row["phase"] == "measure") {
+            let local = row["run_id"] == own;
+            let (touched, patches) =
+                (number(row, "faces_touched"), number(row, "patches_bicubic") + number(row, "patches_gregory"));
+            let (sent, all) = (number(row, "upload_bytes"), number(row, "gpu_bytes"));
+            seen[usize::from(local)] += 1;
+            if local {
+                assert!(
+                    touched < 0.25 * patches && sent < 0.25 * all,
+                    "{touched} of {patches} faces, {sent} of {all} bytes"
+                );
+            } else {
+                assert_eq!((touched, sent), (patches, all));
+            }
+        }
+        assert!(seen.iter().all(|&n| n > 0));
+        std::fs::remove_dir_all(&out).unwrap();
+    }
+    for flags in [&["--local"][..], &["--local", "--edits", "rebuild"], &["--copies", "0"]] {
+        let out = folder("local-refused");
+        let arguments = [&["scenes/cherry.json", "-o", out.to_str().unwrap(), "--short"], flags].concat();
+        assert_eq!(run(&arguments).status.code(), Some(2), "{flags:?}");
+    }
+}
+
 /// Edits of a locally refinable mesh change a few patches; the traditional mesh that draws the same has more. Triangles by
 /// formula are those that the device counts.
 #[test]
@@ -364,7 +404,7 @@ fn gradient_meshes_are_measured_against_their_traditional_form() {
         std::fs::remove_dir_all(&out).unwrap();
     }
     let out = folder("ferguson-refused");
-    for flags in [&["--match-triangles"][..], &["--rules", "authors"], &["--tess-base", "4"]] {
+    for flags in [&["--match-triangles"][..], &["--rules", "authors"], &["--tess-base", "4"], &["--copies", "2"]] {
         let arguments = [&["scenes/ferguson/sections.json", "-o", out.to_str().unwrap(), "--short"], flags].concat();
         assert_eq!(run(&arguments).status.code(), Some(2), "{flags:?}");
     }

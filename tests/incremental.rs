@@ -142,12 +142,13 @@ fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
         let seed =
             scene.mesh.positions.iter().fold(scene.colours.len() as u64, |s, p| s.rotate_left(7) ^ p.x.to_bits());
         let mut random = Random(seed);
-        for (rules, irregular, isolate) in [
-            (Rules::Gradtess, Irregular::Gregory, 0),
-            (Rules::Authors, Irregular::Gregory, 0),
-            (Rules::Gradtess, Irregular::Bicubic, 2),
+        for (rules, irregular, mode) in [
+            (Rules::Gradtess, Irregular::Gregory, Mode::Adaptive { isolate: 0 }),
+            (Rules::Authors, Irregular::Gregory, Mode::Adaptive { isolate: 0 }),
+            (Rules::Gradtess, Irregular::Bicubic, Mode::Adaptive { isolate: 2 }),
+            (Rules::Gradtess, Irregular::Gregory, Mode::Global(2)),
         ] {
-            let options = Options { rules, mode: Mode::Adaptive { isolate } };
+            let options = Options { rules, mode };
             let mut state = State::new(scene.clone(), options, irregular).unwrap();
             let (mut undo, mut redo) = (Vec::new(), Vec::new());
             for step in 0..12 {
@@ -184,7 +185,7 @@ fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
                         .collect();
                     assert_eq!(touched.control, changed, "what is said to have changed did, and nothing else");
                 }
-                let what = format!("step {step}, {rules:?}, {irregular:?}: {edits:?}, {outcome:?}");
+                let what = format!("step {step}, {rules:?}, {irregular:?}, {mode:?}: {edits:?}, {outcome:?}");
                 assert_equal(&state, options, irregular, &what);
             }
         }

@@ -8,6 +8,7 @@
 //! ([`native`]) and the model format of the authors of ZHHK22 ([`authors`]); for `surface`, OBJ ([`surface`]).
 
 pub mod authors;
+pub mod copies;
 mod error;
 pub mod ferguson;
 mod file;

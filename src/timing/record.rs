@@ -105,6 +105,10 @@ fields! {
     edits: u64,
     /// Faces refined, on all levels.
     faces_affected: u64,
+    /// Drawn faces made anew for the frame: all of them after a rebuild.
+    faces_touched: u64,
+    /// Patches that draw those.
+    patches_changed: u64,
     /// Deepest level drawn.
     max_level: u64,
     /// Faces drawn as bicubics, transition faces included, as in Table 1.

@@ -58,6 +58,12 @@ pub struct Config {
     /// What every frame does before it draws [default: none]
     #[arg(long, value_enum)]
     edits: Option<EditsFlag>,
+    /// Follow edits in place instead of rebuilding everything; goes with --edits geometry or colour
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
+    local: Option<bool>,
+    /// Measure N copies of the scene, welded into one sheet [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    copies: Option<u32>,
     /// Keep kinds of patches apart by passes and full barriers, so that their GPU times add up; slower as a whole
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     isolate: Option<bool>,
@@ -97,6 +103,8 @@ impl Config {
             tess_base: tess.tess_base,
             pixels: tess.pixels,
             edits: self.edits.or(base.edits),
+            local: self.local.or(base.local),
+            copies: self.copies.or(base.copies),
             isolate: self.isolate.or(base.isolate),
             slowdown: self.slowdown.or(base.slowdown),
         }
@@ -115,6 +123,16 @@ impl Config {
     /// What frames do first.
     pub fn edits(&self) -> EditsFlag {
         self.edits.unwrap_or_default()
+    }
+
+    /// Whether edits are followed in place.
+    pub fn local(&self) -> bool {
+        self.local.unwrap_or_default()
+    }
+
+    /// Copies of the scene.
+    pub fn copies(&self) -> u32 {
+        self.copies.unwrap_or(1)
     }
 
     /// Whether kinds are kept apart.

@@ -44,6 +44,9 @@ impl FergusonSource {
         let mut refining = config.refining();
         refining.mode = ModeFlag::Adaptive;
         refuse(&refining)?;
+        if config.local() || config.copies() > 1 {
+            return Err(Failure::input("--local and --copies go with subdivision scenes; leave them out"));
+        }
         let mut mesh = if config.is_global() { propagated(&ferguson.mesh) } else { ferguson.mesh };
         mesh.take_journal();
         let mut frame = frame(&table(&mesh, &Target::default()))?;

@@ -5,11 +5,14 @@ use super::source::{row, Counts, Facts, Source};
 use crate::command::open::Loaded;
 use crate::command::{Failure, PatchesFlag, RulesFlag};
 use crate::gpu::{DeviceTable, Gpu};
+use crate::incremental::{Outcome, State, ValueEdit};
+use crate::mesh::{self, MeshError};
 use crate::patch::build::{build, rebuild};
 use crate::patch::points::Irregular;
 use crate::patch::tess::TessRule;
 use crate::patch::{Kind, PatchTable};
 use crate::refine::{fate, Options, Refinement};
+use crate::scene::copies::copies;
 use crate::scene::{ColourEdit, GeometryEdit};
 use crate::subdiv::index_map::IndexMap;
 use crate::timing::record::Fields;
@@ -71,36 +74,38 @@ impl Replay {
         })
     }
 
-    /// Makes the scene that of frame `i`: all edits as in the file but one. The number of edits changed is returned.
-    fn apply(&self, scene: &mut crate::scene::Scene, i: u32, before: Option<u32>) -> u64 {
+    /// What makes the scene that of frame `i`, in which all edits are as in the file but one; and the number of edits
+    /// changed.
+    fn edits(&self, i: u32, before: Option<u32>) -> (Vec<ValueEdit>, u64) {
         // The golden angle visits all phases evenly.
         let wave = (f64::from(i) * 2.399_963).sin();
+        let mut edits = Vec::new();
         match self.kind {
-            EditsFlag::None | EditsFlag::Rebuild => 0,
+            EditsFlag::None | EditsFlag::Rebuild => return (edits, 0),
             EditsFlag::Geometry => {
                 let at = |i: u32| i as usize % self.geometry.len();
                 if let Some(before) = before {
-                    scene.geometry[at(before)] = self.geometry[at(before)];
+                    let e = &self.geometry[at(before)];
+                    edits.push(ValueEdit::Geometry(at(before) as u32, [e.a, e.b]));
                 }
                 // A hundredth of an edge in sectors; of the angle and length beyond the boundary.
-                let edit = &mut scene.geometry[at(i)];
-                edit.a += 0.01 * wave;
-                edit.b *= 1.0 + 0.01 * wave;
-                1
+                let e = &self.geometry[at(i)];
+                edits.push(ValueEdit::Geometry(at(i) as u32, [e.a + 0.01 * wave, e.b * (1.0 + 0.01 * wave)]));
             }
             EditsFlag::Colour => {
                 let at = |i: u32| &self.vertices[i as usize % self.vertices.len()];
                 for &k in before.map(at).into_iter().flatten() {
-                    scene.colours[k] = self.colours[k];
+                    edits.push(ValueEdit::Colour(k as u32, self.colours[k].colour));
                 }
                 // Towards grey, so that equal colours stay equal and all stay in range.
                 for &k in at(i) {
-                    let c = &mut scene.colours[k].colour;
-                    *c += (glam::DVec4::new(0.5, 0.5, 0.5, c.w) - *c) * 0.02 * (1.0 + wave);
+                    let c = self.colours[k].colour;
+                    let grey = glam::DVec4::new(0.5, 0.5, 0.5, c.w);
+                    edits.push(ValueEdit::Colour(k as u32, c + (grey - c) * 0.02 * (1.0 + wave)));
                 }
-                1
             }
         }
+        (edits, 1)
     }
 }
 
@@ -113,6 +118,8 @@ pub struct SubdivisionSource {
     replay: Replay,
     replayed: Option<u32>,
     made: Option<(Refinement, PatchTable)>,
+    /// What edits are followed in, with --local.
+    state: Option<State>,
     /// The last frame's table: memory for the next one.
     spare: PatchTable,
     latest: Counts,
@@ -122,7 +129,13 @@ pub struct SubdivisionSource {
 
 impl SubdivisionSource {
     /// The scene and its patches.
-    pub fn new(loaded: Loaded, config: &Config) -> Result<(SubdivisionSource, PatchTable), Failure> {
+    pub fn new(mut loaded: Loaded, config: &Config) -> Result<(SubdivisionSource, PatchTable), Failure> {
+        if config.copies() > 1 {
+            let failed = |e: MeshError| Failure::input(format_args!("{}: {e}", loaded.file));
+            let sheet = copies(&loaded.scene, config.copies()).map_err(failed)?;
+            loaded.mesh = mesh::build(&sheet.mesh).map_err(failed)?;
+            loaded.scene = sheet;
+        }
         let refining = config.refining();
         let options = loaded.options(&refining)?;
         let irregular = match refining.patches {
@@ -133,6 +146,15 @@ impl SubdivisionSource {
         let table = build(&refinement, irregular);
         let counts = counts_of(&refinement, &table);
         let replay = Replay::new(&loaded, config.edits())?;
+        let state = match (config.local(), config.edits()) {
+            (false, _) => None,
+            (true, EditsFlag::Geometry | EditsFlag::Colour) => {
+                let mut state = State::new(loaded.scene.clone(), options, irregular).map_err(Failure::input)?;
+                state.prepare();
+                Some(state)
+            }
+            _ => return Err(Failure::input("--local follows edits; give --edits geometry or colour")),
+        };
         let rules = refining.rules;
         let (replayed, made) = (None, None);
         let source = SubdivisionSource {
@@ -143,6 +165,7 @@ impl SubdivisionSource {
             replay,
             replayed,
             made,
+            state,
             spare: PatchTable::default(),
             latest: counts,
             first: counts,
@@ -194,6 +217,7 @@ impl Source for SubdivisionSource {
     }
 
     fn counts(&self) -> Counts {
+        // Edits that are followed in place change none of them.
         self.made.as_ref().map_or(self.latest, |(refinement, table)| counts_of(refinement, table))
     }
 
@@ -205,8 +229,28 @@ impl Source for SubdivisionSource {
         fields: &mut Fields,
         lap: &mut dyn FnMut() -> Option<f64>,
     ) -> Result<(), Failure> {
-        fields.edits = Some(self.replay.apply(&mut self.loaded.scene, i, self.replayed));
+        let (edits, changed) = self.replay.edits(i, self.replayed);
+        fields.edits = Some(changed);
         self.replayed = Some(i);
+        if let Some(state) = &mut self.state {
+            fields.cpu_edit_ms = lap();
+            let outcome = state.apply(&edits);
+            let both = lap();
+            if let Outcome::Local(touched) = outcome {
+                let [_, patches] = touched.times.map(|t| t.as_secs_f64() * 1e3);
+                fields.cpu_patch_ms = Some(patches);
+                fields.cpu_refine_ms = both.map(|ms| ms - patches);
+                fields.upload_bytes = Some(gpu.update_points(table, &state.table, &touched.control)?.bytes);
+                fields.faces_touched = Some(touched.faces as u64);
+                fields.patches_changed = Some(touched.patches as u64);
+            } else {
+                fields.cpu_refine_ms = both;
+                gpu.update(table, &state.table)?;
+            }
+            fields.cpu_upload_ms = lap();
+            return Ok(());
+        }
+        edits.iter().for_each(|e| e.write(&mut self.loaded.scene));
         fields.cpu_edit_ms = lap();
         let refinement = self.loaded.refine(self.options)?;
         fields.cpu_refine_ms = lap();
@@ -215,6 +259,8 @@ impl Source for SubdivisionSource {
         gpu.update(table, &made)?;
         fields.cpu_upload_ms = lap();
         fields.upload_bytes = Some(table.bytes());
+        fields.faces_touched = Some(made.faces.len() as u64);
+        fields.patches_changed = Some(made.ranges.iter().map(|r| u64::from(r.count)).sum());
         self.made = Some((refinement, made));
         Ok(())
     }
