@@ -7,7 +7,7 @@ use crate::mesh::NONE;
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
 use crate::patch::transition::{constellation, parts_of, EXTRA_POINTS};
-use crate::patch::{Face, PatchTable};
+use crate::patch::{Face, Kind, PatchTable};
 use crate::refine::{fate, Refinement, Rules};
 use crate::subdiv::level::{vertex_bits, Level, CUT};
 use std::collections::HashMap;
@@ -155,19 +155,22 @@ impl Cut {
         Cut { drawn: none(), beside: none(), makers: none(), between: none() }
     }
 
-    /// Corners of drawn faces that a coarser level made: its faces there come along.
+    /// Corners that a coarser level made and that other points of a wanted face depend on: the faces around them come along
+    /// from every level up to that one, so that the corner is made as it was.
     fn follow_corners(&mut self, index: &Index, refinement: &Refinement, table: &PatchTable, l: usize) {
         let (level, own) = (&refinement.levels[l], &index.levels[l]);
         let mut wanted = Vec::new();
-        for &f in self.drawn[l].iter().chain(&self.makers[l]) {
+        for &f in &self.drawn[l] {
             let face = &table.faces[own.drawn[f as usize] as usize];
+            // No other point of a whole bicubic depends on its corners.
+            let needs = face.kind == Kind::Gregory || face.transition != 0;
             for (k, slot) in CORNER.into_iter().enumerate() {
                 let point = table.indices[face.first as usize + slot];
                 let h = level.first(f) + ((k as u32 + u32::from(face.turn)) & 3);
                 let v = level.origin[h as usize];
                 // Around sharp edges a corner of another colour may have lent its place.
                 let lent = level.bits[v as usize] & vertex_bits::SECTORS != 0;
-                if point < own.first_point || lent {
+                if lent || (needs && point < own.first_point) {
                     wanted.push((v, point, lent));
                 }
             }
