@@ -40,6 +40,14 @@ pub struct Lines {
     pub series: Vec<(String, Vec<[f64; 2]>)>,
 }
 
+/// Faces of a mesh, each filled by what it is.
+pub struct Mesh {
+    /// What the fills mean, the first for fill 0.
+    pub fills: Vec<String>,
+    /// Corners, y up, and number of the fill.
+    pub faces: Vec<(Vec<[f64; 2]>, usize)>,
+}
+
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
@@ -255,6 +263,42 @@ impl Lines {
         }
         line(&mut out, [LEFT, bottom], [right, bottom], "stroke=\"#4a4e57\"");
         legend(&mut out, &self.series.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>());
+        out + "</svg>\n"
+    }
+}
+
+/// Fills of faces: pale, so that the edges stay the darkest.
+const FILLS: [&str; 4] = ["#e4e6ea", "#f3a69a", "#f4dd8a", "#a9d8a4"];
+
+impl Mesh {
+    /// The plot.
+    pub fn svg(&self) -> String {
+        let points = || self.faces.iter().flat_map(|(corners, _)| corners.iter());
+        let bound = |axis: usize| {
+            points().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], p| [l.min(p[axis]), h.max(p[axis])])
+        };
+        let [[x0, x1], [y0, y1]] = [bound(0), bound(1)];
+        let size = 360.0;
+        let scale = size / (x1 - x0).max(y1 - y0).max(f64::MIN_POSITIVE);
+        let (width, height) = (scale * (x1 - x0), scale * (y1 - y0));
+        let (width, height) = if width.is_finite() { (width, height) } else { (size, size) };
+        let mut out = open((width + 20.0).max(420.0), height + TOP + 10.0);
+        for (corners, fill) in &self.faces {
+            let at = |p: &[f64; 2]| format!("{:.1},{:.1}", 10.0 + scale * (p[0] - x0), TOP + scale * (y1 - p[1]));
+            let list: Vec<String> = corners.iter().map(at).collect();
+            let _ = writeln!(
+                out,
+                "<polygon points=\"{}\" fill=\"{}\" stroke=\"#4a4e57\" stroke-linejoin=\"round\"/>",
+                list.join(" "),
+                FILLS[fill % FILLS.len()]
+            );
+        }
+        let mut x = 10.0;
+        for (name, fill) in self.fills.iter().zip(FILLS) {
+            let _ = writeln!(out, "<rect x=\"{x:.1}\" y=\"8\" width=\"12\" height=\"12\" fill=\"{fill}\"/>");
+            text(&mut out, x + 17.0, 18.5, "start", name);
+            x += 40.0 + 6.6 * name.chars().count() as f64;
+        }
         out + "</svg>\n"
     }
 }

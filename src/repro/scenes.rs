@@ -26,6 +26,8 @@ const SCENES: &[(&str, &[u8])] = scenes![
     "unit/sharp_dart.json",
     "unit/sharp_three_meet.json",
     "unit/sharp_two_meet.json",
+    "unit/hole.json",
+    "unit/mixed_polygons.json",
     "unit/valence_5.json",
 ];
 
