@@ -93,26 +93,26 @@
 //! | 3.3 angle and length, eq. (2) | [`subdiv::edit::Anchor::Boundary`] |
 //! | 3.3 vertices whose colour may be edited | [`subdiv::index_map::IndexMap::is_colour_vertex`] |
 //! | 3.4 feature-adaptive subdivision; factor t / 2^l | [`patch::tess::TessRule::Base`]; its other rules are [`patch::tess::TessRule::Fixed`] and [`patch::tess::TessRule::Pixels`] |
-//! | 3.4 transition patches, Fig. 4 | [`patch::transition`] |
-//! | 4.1 which faces are drawn at which level, Fig. 5 | [`refine::fate`], [`refine::Refinement`] |
-//! | 4.2 edited faces, Fig. 6 | [`refine::forest::plan`]; `scenes/unit/geometry_level_2.json`, `colour_level_2.json` |
+//! | 3.4 transition patches, Fig. 4 | [`patch::transition`]; `repro --only zhhk22-fig4` |
+//! | 4.1 which faces are drawn at which level, Fig. 5 | [`refine::fate`], [`refine::Refinement`]; `repro --only fig5` |
+//! | 4.2 edited faces, Fig. 6 | [`refine::forest::plan`]; `scenes/unit/geometry_level_2.json`, `colour_level_2.json`; `repro --only zhhk22-fig6` |
 //! | 4.2 submeshes and padding | [`subdiv::catmull_clark`], which makes the inner half of the ring only |
-//! | 4.2 irregular faces, Fig. 7 | [`refine::forest::plan`] |
-//! | 4.2 cascading, Fig. 8 | [`refine::forest::plan`] (rules gradtess); level by level in [`fn@refine::refine`] (rules authors). The ×200 picture: [`check::error_map`] |
+//! | 4.2 irregular faces, Fig. 7 | [`refine::forest::plan`]; `repro --only fig7` |
+//! | 4.2 cascading, Fig. 8 | [`refine::forest::plan`] (rules gradtess); level by level in [`fn@refine::refine`] (rules authors). The ×200 picture: [`check::error_map`]; without: [`refine::refine_uncascaded`]; `repro --only fig8` |
 //! | 4.3 patches: bicubic, Gregory, transition | [`patch::build`](mod@patch::build), [`patch::points`], [`patch::Kind`] |
-//! | 4.4 sharp transitions and darts, Fig. 9 | [`subdiv::edit::paint`], [`subdiv::level::Level::colour_border`], [`subdiv::fan::colour_fan`]; `scenes/unit/sharp_dart.json` |
+//! | 4.4 sharp transitions and darts, Fig. 9 | [`subdiv::edit::paint`], [`subdiv::level::Level::colour_border`], [`subdiv::fan::colour_fan`]; `scenes/unit/sharp_dart.json`; `repro --only zhhk22-fig9` |
 //! | 5.1 editing, brushes, region of influence, Fig. 10 | [`app`], [`mod@edit::brush`], [`mod@edit::influence`]; `gradtess edit` |
 //! | 5.2 limit points are what is dragged | [`mod@edit::drag`], which also sees finer edits; [`subdiv::limit::control_for_limit`] |
-//! | 5.2 self-intersection prevention, Fig. 11 | [`mod@edit::folds`] by [`check::folds`]; [`mesh::shape_notes`] warns of faces that are not convex (7.1) |
-//! | 6 Table 1 | `gradtess stats`; `tests/paper_models.rs` |
+//! | 5.2 self-intersection prevention, Fig. 11 | [`mod@edit::folds`] by [`check::folds`]; [`mesh::shape_notes`] warns of faces that are not convex (7.1); `repro --only fig11` |
+//! | 6 Table 1 | `gradtess stats`; `tests/paper_models.rs`; `repro --only zhhk22-table1` |
 //! | 6 difference from the limit in the RGB cube | [`check::picture_error`], [`check::limit_picture`]; `gradtess check`, `render --show error`; [`check::exact::ExactFace`]; `gradtess sample --exact` |
 //! | 6 Fig. 1: the cherry | a cherry of our own, `scenes/cherry.json` |
-//! | 6 Figs. 12 to 17: leek, pin, ball, butterfly, sunglasses, pear | - the models belong to the authors; `tools/demo` draws those that stand beside the project |
-//! | 6 Fig. 18 | `scenes/triangle.json`, `quad.json`, `pentagon.json`, `hexagon.json` |
-//! | 6 Fig. 19 | `scenes/unit/sharp_three_meet.json`, `sharp_two_meet.json` |
-//! | 6 Figs. 20, 21: frame times | [`timing`], `gradtess bench`; the figures themselves are not drawn |
-//! | 7 irregular faces affected down to some level | [`refine::Mode::Adaptive`]'s `isolate` |
-//! | 7 Fig. 22: bicubic against Gregory | [`patch::points::Irregular`], `--patches bicubic` |
+//! | 6 Figs. 12 to 17: leek, pin, ball, butterfly, sunglasses, pear | 13 to 16: `repro --only zhhk22-fig13` and so on, the published models by `--models`, else scenes of our own; 12, 17: - the models are not published |
+//! | 6 Fig. 18 | `scenes/triangle.json`, `quad.json`, `pentagon.json`, `hexagon.json`; `repro --only zhhk22-fig18` |
+//! | 6 Fig. 19 | `scenes/unit/sharp_three_meet.json`, `sharp_two_meet.json`; `repro --only fig19` |
+//! | 6 Figs. 20, 21: frame times | [`timing`], `gradtess bench`; `repro --only fig20,fig21` |
+//! | 7 irregular faces affected down to some level | [`refine::Mode::Adaptive`]'s `isolate`; error against patches: `repro --only isolate` |
+//! | 7 Fig. 22: bicubic against Gregory | [`patch::points::Irregular`], `--patches bicubic`; `repro --only fig22` |
 //! | 7.2 local updates of the buffers, several cores | [`incremental`], [`gpu::Gpu::update_points`]; several cores: - |
 //! | App. A index mapping, Fig. A.1 | [`subdiv::index_map`]; two errata below |
 //! | App. B limit, (B.1), Fig. B.1 | [`subdiv::limit::limit`] |

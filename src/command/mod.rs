@@ -108,6 +108,9 @@ pub struct Refining {
     /// Refine irregular faces this many levels more, around extraordinary vertices and meeting sharp edges (rules gradtess)
     #[arg(long, value_name = "N", default_value_t = 0)]
     isolate: u32,
+    /// Leave out the cascade of refinement around extraordinary vertices, to see what it is for (rules authors)
+    #[arg(long)]
+    no_cascade: bool,
 }
 
 impl Refining {
@@ -118,6 +121,7 @@ impl Refining {
             && self.patches == PatchesFlag::Gregory
             && self.level.is_none()
             && self.isolate == 0
+            && !self.no_cascade
     }
 }
 

@@ -8,7 +8,7 @@ use crate::patch::build::build;
 use crate::patch::points::Irregular;
 use crate::patch::PatchTable;
 use crate::refine::edits::EditError;
-use crate::refine::{refine, Mode, Options, RefineError, Refinement, Rules};
+use crate::refine::{refine, refine_uncascaded, Mode, Options, RefineError, Refinement, Rules};
 use crate::scene::{read_bounded, technique, Scene, SceneError, Technique};
 use std::path::Path;
 use std::time::Instant;
@@ -162,6 +162,9 @@ impl Loaded {
         if flags.isolate > 0 && (flags.rules == RulesFlag::Authors || flags.mode == ModeFlag::Global) {
             return Err(Failure::input("--isolate goes with --rules gradtess and --mode adaptive"));
         }
+        if flags.no_cascade && (flags.rules == RulesFlag::Gradtess || flags.mode == ModeFlag::Global) {
+            return Err(Failure::input("--no-cascade goes with --rules authors and --mode adaptive"));
+        }
         if flags.isolate > crate::refine::edits::MAX_LEVEL {
             return Err(Failure::input(format_args!(
                 "--isolate {} is too deep; at most {}",
@@ -176,7 +179,10 @@ impl Loaded {
     pub fn patches(&self, flags: &Refining) -> Result<Patched, Failure> {
         let options = self.options(flags)?;
         let start = Instant::now();
-        let refinement = self.refine(options)?;
+        let refinement = match flags.no_cascade {
+            false => self.refine(options)?,
+            true => refine_uncascaded(&self.scene, &self.mesh).map_err(|e| refine_failure(self, &e))?,
+        };
         let refined = Instant::now();
         let irregular = match flags.patches {
             PatchesFlag::Gregory => Irregular::Gregory,

@@ -118,6 +118,19 @@ pub struct Refinement {
 /// # Errors
 /// An edit that does not fit the mesh, or a global level that is too large.
 pub fn refine(scene: &Scene, mesh: &HalfEdgeMesh, options: Options) -> Result<Refinement, RefineError> {
+    by(scene, mesh, options, true)
+}
+
+/// As [`refine`] by [`Rules::Authors`], but without the cascade around extraordinary vertices: what ZHHK22 Fig. 8 has on
+/// its left, for comparison only.
+///
+/// # Errors
+/// As [`refine`].
+pub fn refine_uncascaded(scene: &Scene, mesh: &HalfEdgeMesh) -> Result<Refinement, RefineError> {
+    by(scene, mesh, Options { rules: Rules::Authors, ..Options::default() }, false)
+}
+
+fn by(scene: &Scene, mesh: &HalfEdgeMesh, options: Options, cascading: bool) -> Result<Refinement, RefineError> {
     let map = IndexMap::new(mesh);
     let edits = edits::resolve(scene, &map)?;
     let edit_level = edits.deepest();
@@ -155,7 +168,7 @@ pub fn refine(scene: &Scene, mesh: &HalfEdgeMesh, options: Options) -> Result<Re
             (Some(forest), _) => wanted(&level, forest, &nodes),
             (None, Mode::Adaptive { .. }) => unreachable!("adaptive refinement has a plan"),
         };
-        if options.rules == Rules::Authors && plan.is_some() {
+        if cascading && options.rules == Rules::Authors && plan.is_some() {
             cascade(&level, &mut affected, &around_polygons, scene.corners, options.rules);
         }
         fates.push(decide(&level, &affected, &around_polygons, scene.corners, options.rules));

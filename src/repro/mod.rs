@@ -45,6 +45,7 @@ pub const FIGURES: &[Figure] = &[
     zhhk22::fig_5::FIGURE,
     zhhk22::fig_6::FIGURE,
     zhhk22::fig_7::FIGURE,
+    zhhk22::fig_8::FIGURE,
     zhhk22::fig_9::FIGURE,
     zhhk22::fig_11::FIGURE,
     zhhk22::fig_13::FIG_13,

@@ -161,6 +161,7 @@ impl Config {
             patches: self.patches.unwrap_or(PatchesFlag::Gregory),
             level: if global { self.level } else { None },
             isolate: if global { 0 } else { self.isolate_level.unwrap_or(0) },
+            no_cascade: false,
         }
     }
 

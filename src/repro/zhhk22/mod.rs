@@ -11,6 +11,7 @@ pub mod fig_4;
 pub mod fig_5;
 pub mod fig_6;
 pub mod fig_7;
+pub mod fig_8;
 pub mod fig_9;
 pub mod isolate;
 pub mod show;
