@@ -2,7 +2,8 @@
 
 use super::ferguson::{list, open::refuse};
 use super::open::Subject;
-use super::{print, print_json, Failure, Global, Refining};
+use super::surface::flags::SurfaceFlags;
+use super::{print, print_json, surface, Failure, Global, Refining};
 use crate::check::exact::ExactFace;
 use crate::check::locate::{locate, turned, BasePoint, Drawn};
 use crate::patch::build::face_control;
@@ -25,6 +26,8 @@ pub struct Sample {
     exact: bool,
     #[command(flatten)]
     refining: Refining,
+    #[command(flatten)]
+    surface: SurfaceFlags,
 }
 
 /// Most samples that one run makes; they are held in memory.
@@ -57,11 +60,15 @@ impl Sample {
         let loaded = match Subject::open(&self.scene, global)? {
             Subject::Subdivision(loaded) => loaded,
             Subject::Ferguson(mesh) => {
+                self.surface.refuse()?;
                 refuse(&self.refining)?;
                 return list::sample(&mesh, self.n, self.exact, global);
             }
-            other => return Err(other.refused(&self.scene)),
+            Subject::Surface(surface) => {
+                return surface::sample::run(&surface, &self.surface, &self.refining, self.n, self.exact, global)
+            }
         };
+        self.surface.refuse()?;
         let patched = loaded.patches(&self.refining)?;
         let (r, table) = (&patched.refinement, &patched.table);
         if self.exact && r.rules == Rules::Authors {

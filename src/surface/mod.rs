@@ -30,6 +30,7 @@
 //! * **At a dart**, the crease's far end counts by the mean of its two sides; the tool takes one.
 //! * **Counts** of section 5 are higher by Spot's four vertices of valence 6, which the paper leaves out.
 
+pub mod accuracy;
 pub mod drawing;
 pub mod exact;
 pub mod level;

@@ -7,6 +7,7 @@ use crate::check::solid_cracks::{look_around, triangles_of};
 use crate::command::picture::PictureFlags;
 use crate::command::{print, print_json, Failure, Global};
 use crate::gpu::{Gpu, SolidShow};
+use crate::surface::accuracy::measure;
 use crate::surface::drawing::tessellated;
 use serde::Serialize;
 
@@ -23,6 +24,20 @@ struct Report {
     crack_pixels: u64,
     /// View and pixel of the first.
     first_crack: Option<(u32, [u32; 2])>,
+    /// Of patches; bicubic, then Gregory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    patches: Option<PatchReport>,
+}
+
+/// Patches against the limit at 9 x 9 parameters each: distances over the diagonal of the box, angles in degrees.
+#[derive(Serialize)]
+struct PatchReport {
+    count: [usize; 2],
+    distance_max: [f64; 2],
+    distance_mean: [f64; 2],
+    normal_angle_max: [f64; 2],
+    /// Of N_B, across edges that are not sharp.
+    blended_normal_jump_max: f64,
 }
 
 /// Looks around and reports; the number of crack pixels.
@@ -42,6 +57,7 @@ pub fn run(
         return Err(Failure::input("cracks are looked for in square pictures; give --size NxN"));
     }
     let segments = picture.segments()?;
+    let mut accuracy = None;
     let (made, triangles) = match segments {
         None => {
             let made = make(surface, flags, depth.unwrap_or(LEVEL), Look::Surface(SolidShow::Sides), global)?;
@@ -49,7 +65,8 @@ pub fn run(
             (made, triangles)
         }
         Some(n) => {
-            let MadePatches { made, patches } = make_patches(surface, flags, depth, global)?;
+            let MadePatches { made, patches, last } = make_patches(surface, flags, depth, global)?;
+            accuracy = Some(measure(&last, &patches, 3, flags.settings()?.power));
             (made, tessellated(&patches, n))
         }
     };
@@ -70,6 +87,13 @@ pub fn run(
         suspicious_pixels: cracks.suspicious,
         crack_pixels: cracks.cracks,
         first_crack: cracks.first,
+        patches: accuracy.map(|a| PatchReport {
+            count: a.patches,
+            distance_max: a.distance,
+            distance_mean: a.mean_distance,
+            normal_angle_max: a.angle,
+            blended_normal_jump_max: a.jump,
+        }),
     };
     if global.json {
         print_json(&report)?;
@@ -84,6 +108,15 @@ pub fn run(
             report.pixels,
             report.suspicious_pixels
         ));
+        if let Some(p) = &report.patches {
+            for (k, name) in ["bicubic", "Gregory"].into_iter().enumerate() {
+                print(&format!(
+                    "  {} {name} patches: at most {:.3e} of the size from the limit (mean {:.3e}), N_L within {:.3e} degrees\n",
+                    p.count[k], p.distance_max[k], p.distance_mean[k], p.normal_angle_max[k]
+                ));
+            }
+            print(&format!("  N_B turns by at most {:.3e} degrees across smooth edges\n", p.blended_normal_jump_max));
+        }
     }
     Ok(cracks.cracks)
 }

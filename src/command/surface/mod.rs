@@ -5,4 +5,5 @@ pub mod flags;
 pub mod mesh;
 pub mod open;
 pub mod render;
+pub mod sample;
 pub mod stats;

@@ -9,7 +9,7 @@ use crate::command::{print, print_json, Failure, Global};
 use crate::gpu::{Gpu, GpuTimes, SolidFrame, SolidShow};
 use crate::patch::solid::{Primitive, SolidTable};
 use crate::surface::drawing::{self, mesh, triangles};
-use crate::surface::level::Scheme;
+use crate::surface::level::{Level, Scheme};
 use crate::surface::patches::{first_level, patches, Patches};
 use crate::surface::shade::{limit_positions, shade};
 use glam::DVec3;
@@ -118,6 +118,8 @@ pub struct MadePatches {
     pub made: Made,
     /// The patches themselves.
     pub patches: Patches,
+    /// The level that they are of.
+    pub last: Level,
 }
 
 /// Subdivides to the first level that patches can draw, or `depth`, and makes patches.
@@ -128,7 +130,9 @@ pub fn make_patches(
     global: &Global,
 ) -> Result<MadePatches, Failure> {
     if flags.scheme() == Scheme::Loop {
-        return Err(Failure::input("--tess draws patches of Catmull-Clark surfaces; leave it out with --scheme loop"));
+        return Err(Failure::input(
+            "patches are those of Catmull-Clark surfaces; --scheme loop has uniform levels only",
+        ));
     }
     if flags.limit {
         return Err(Failure::input("patches are the limit surface; leave out --limit"));
@@ -144,7 +148,7 @@ pub fn make_patches(
         )));
     }
     let quiet = Global { quiet: true, ..global.clone() };
-    let made = flags.subdivide(surface, level, &quiet)?;
+    let mut made = flags.subdivide(surface, level, &quiet)?;
     let subdivided = Instant::now();
     let patches = patches(&made.levels, &made.scene.normals, &settings);
     let corners = patches.control.iter().map(|c| DVec3::new(c[0], c[1], c[2]));
@@ -157,6 +161,7 @@ pub fn make_patches(
             shade_ms: milliseconds(subdivided.elapsed().as_nanos()),
         },
         patches,
+        last: made.levels.swap_remove(level as usize),
     })
 }
 

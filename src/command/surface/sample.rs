@@ -1,0 +1,115 @@
+//! `gradtess sample` of a surface: points of its patches, or of the limit itself.
+
+use super::flags::{level, SurfaceFlags};
+use super::open::Surface;
+use super::render::{make_patches, MadePatches};
+use crate::command::{print, print_json, Failure, Global, Refining};
+use crate::patch::Kind;
+use crate::surface::exact::Exact;
+use crate::surface::patch_eval::point;
+use glam::DVec3;
+use serde::Serialize;
+
+/// Most samples that one run makes; they are held in memory.
+const MOST: u64 = 4_000_000;
+
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    scene: String,
+    technique: &'static str,
+    level: u32,
+    exact: bool,
+    samples: Vec<Row>,
+}
+
+/// `face` is that of the OBJ, `patch` that of the level; u runs along the patch's first half-edge.
+#[derive(Serialize)]
+struct Row {
+    face: u32,
+    patch: u32,
+    u: f64,
+    v: f64,
+    position: DVec3,
+    /// N_L, N_S, b and N_B of the patch; with `--exact`, N_L is the limit's.
+    normal_geometric: DVec3,
+    normal_subdivided: DVec3,
+    weight: f64,
+    normal_blended: DVec3,
+    kind: &'static str,
+}
+
+/// Samples every patch at `n` x `n` parameters, sides included.
+pub fn run(
+    surface: &Surface,
+    flags: &SurfaceFlags,
+    refining: &Refining,
+    n: u32,
+    exact: bool,
+    global: &Global,
+) -> Result<(), Failure> {
+    let MadePatches { made, patches, last } = make_patches(surface, flags, level(refining)?, global)?;
+    let all = (patches.bicubic.len() + patches.gregory.len()) as u64 * u64::from(n).pow(2);
+    if all > MOST {
+        return Err(Failure::input(format_args!("{all} samples are too many; at most {MOST}, choose a smaller --n")));
+    }
+    let limit = match exact {
+        false => None,
+        true if n >= 2 && (n - 1).is_power_of_two() && n <= 65 => Some(Exact::new(&last, (n - 1).ilog2())),
+        true => return Err(Failure::input("--exact of surfaces in space needs --n 2, 3, 5, 9, 17, 33 or 65")),
+    };
+    let power = flags.settings()?.power;
+    let step = |i: u32| if n == 1 { 0.5 } else { f64::from(i) / f64::from(n - 1) };
+    let mut samples = Vec::new();
+    for (kind, control, patch) in patches.iter() {
+        // The children of a half-edge follow those before it; level 1 has a face for each half-edge of the OBJ.
+        let face = surface.mesh.face[(patch >> (2 * (made.level - 1))) as usize];
+        for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
+            let mut p = point(kind, &control, step(i), step(j), power);
+            if let Some(limit) = &limit {
+                (p.position, p.geometric) = limit.limit(patch, i, j);
+            }
+            samples.push(Row {
+                face,
+                patch,
+                u: step(i),
+                v: step(j),
+                position: p.position,
+                normal_geometric: p.geometric,
+                normal_subdivided: p.subdivided,
+                weight: p.weight,
+                normal_blended: p.blended,
+                kind: if kind == Kind::Gregory { "gregory" } else { "bicubic" },
+            });
+        }
+    }
+    if global.json {
+        return print_json(&Report {
+            schema: "gradtess.surface_sample/1",
+            scene: surface.scene.name.clone(),
+            technique: "surface",
+            level: made.level,
+            exact,
+            samples,
+        });
+    }
+    let mut out = String::from("face\tpatch\tu\tv\tx\ty\tz\tnlx\tnly\tnlz\tnsx\tnsy\tnsz\tb\tnbx\tnby\tnbz\tkind\n");
+    let three = |v: DVec3| format!("{}\t{}\t{}", v.x, v.y, v.z);
+    for s in &samples {
+        out += &format!(
+            "{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\n",
+            s.face,
+            s.patch,
+            s.u,
+            s.v,
+            three(s.position),
+            three(s.normal_geometric),
+            three(s.normal_subdivided),
+            s.weight,
+            three(s.normal_blended),
+            s.kind
+        );
+    }
+    print(&out);
+    Ok(())
+}
