@@ -5,13 +5,14 @@ mod random_scene;
 use glam::{DVec2, DVec4};
 use gradtess::check::exact::ExactFace;
 use gradtess::edit::drag::{size_of, Drag};
-use gradtess::edit::folds::{drag_within, Cost, Watch};
+use gradtess::edit::folds::{drag_within, shift_within, Cost, Watch};
 use gradtess::edit::handle::{Id, Kind, Stage};
 use gradtess::edit::influence::influence;
 use gradtess::edit::model::{Drawing, Model};
 use gradtess::edit::overlay::{overlay, Look};
 use gradtess::edit::paint;
 use gradtess::edit::place::{exact_limit, finest};
+use gradtess::edit::together::{Together, MOST_SOLVED};
 use gradtess::mesh;
 use gradtess::patch::build::face_control;
 use gradtess::refine::region::region;
@@ -87,6 +88,66 @@ fn every_kind_of_handle_goes_where_it_is_dragged_whatever_finer_edits_say() {
     }
     assert_eq!(dragged.len(), 4, "{dragged:?}");
     assert!(dragged.values().all(|&n| n > 10), "{dragged:?}");
+}
+
+#[test]
+fn handles_held_together_have_their_limits_moved_by_one_step() {
+    for (name, stage, take) in [
+        ("unit/valence_5", Stage::Level(1), 7),
+        ("unit/mixed_polygons", Stage::Level(0), 12),
+        ("unit/geometry_level_2", Stage::Level(1), 5),
+        ("unit/handles", Stage::Input, 9),
+        ("quad", Stage::Input, MOST_SOLVED),
+    ] {
+        let model = model(name);
+        let size = size_of(&model.scene);
+        let seen = overlay(&model.scene, &model.mesh, &model.refinement, &whole(&model, stage)).unwrap();
+        // Gradient handles first: what a vertex carries along must not be moved twice.
+        let mut ids: Vec<Id> = seen.handles.iter().map(|h| h.id).filter(|id| id.kind.is_geometry()).collect();
+        ids.sort_by_key(|id| id.kind == Kind::Input);
+        if stage == Stage::Input {
+            ids.rotate_right(take / 2);
+        }
+        ids.truncate(take);
+        let drags = ids.iter().map(|&id| Drag::begin(&model.scene, &model.mesh, id).unwrap()).collect();
+        let together = Together::begin(&model.scene, &model.mesh, drags).unwrap();
+        let step = DVec2::new(0.021, -0.013) * size;
+        let mut moved = model.scene.clone();
+        // In two strides, as a pointer goes.
+        together.shift(&mut moved, &model.mesh, step * 0.4);
+        together.shift(&mut moved, &model.mesh, step);
+        let after = Model::new(moved, Drawing::default()).unwrap();
+        for drag in together.drags() {
+            let off = independent_limit(&after, drag.id()).distance(drag.start() + step);
+            assert!(off < 1e-9 * size, "{name} {:?}: {off:e}", drag.id());
+        }
+    }
+}
+
+#[test]
+fn handles_held_together_stop_at_the_last_place_where_nothing_folds() {
+    let model = model("pentagon");
+    let size = size_of(&model.scene);
+    let seen = overlay(&model.scene, &model.mesh, &model.refinement, &whole(&model, Stage::Level(1))).unwrap();
+    let ids = seen.handles.iter().map(|h| h.id).filter(|id| id.kind == Kind::Vertex).take(3);
+    let drags = ids.map(|id| Drag::begin(&model.scene, &model.mesh, id).unwrap()).collect();
+    let together = Together::begin(&model.scene, &model.mesh, drags).unwrap();
+    let start = together.drags()[0].start();
+    let target = start + DVec2::new(-0.9, -0.8) * size;
+    let mut free = model.scene.clone();
+    together.shift(&mut free, &model.mesh, target - start);
+    assert!(least_jacobian(&Model::new(free, Drawing::default()).unwrap(), 64) < 0.0, "it folds when nothing stops it");
+    let mut held = model.scene.clone();
+    let (watch, mut cost) = (Watch::new(&model), Cost::default());
+    let ways = [start, target];
+    let end = shift_within(&watch, &together, &model, &mut held, ways, 1e-5 * size, &mut cost).unwrap();
+    assert!(end != start && end != target, "{end}");
+    assert!(least_jacobian(&Model::new(held, Drawing::default()).unwrap(), 64) > 0.0);
+    // A little further nothing is allowed.
+    let further = end + (target - start).normalize() * 1e-3 * size;
+    let mut beyond = model.scene.clone();
+    together.shift(&mut beyond, &model.mesh, further - start);
+    assert!(!watch.allows(&beyond, &model).unwrap().0);
 }
 
 #[test]

@@ -567,6 +567,77 @@ fn after_kill_nine_the_next_start_restores_all_but_the_last_second() {
 }
 
 #[test]
+fn habits_of_a_drawing_program() {
+    let display = Display::new();
+    let folder = Folder::new("habits");
+    let original = row(&["quad", "pentagon"]);
+    let scene = folder.join("row.json");
+    original.save(&scene).unwrap();
+    let bytes = std::fs::read(&scene).unwrap();
+    let other = folder.join("deep/other.json");
+    let reference = folder.join("under.png");
+    Picture { width: 2, height: 2, rgba: [10, 200, 30, 255].repeat(4) }.write_png(&reference, &[]).unwrap();
+
+    let mut script = Script::default();
+    script.key("M");
+    // A box around the quad; by one pixel to the right, by ten upwards.
+    script.drag(DVec2::new(-0.85, -0.85), DVec2::new(0.85, 0.85));
+    script.key("ArrowRight");
+    script.key("Shift+ArrowUp");
+    // A colour from one handle to another, of the pentagon.
+    let colour = |at: DVec2| nearest(&handles(&original, Stage::Input), Kind::Sector, at);
+    let vertex = nearest(&handles(&original, Stage::Input), Kind::Colour, middle(1) + DVec2::new(1.0, 0.0));
+    let quad = nearest(&handles(&original, Stage::Input), Kind::Colour, DVec2::new(1.0, -1.0));
+    assert_ne!(colour(quad.at).colour, vertex.colour);
+    script.aim(vertex.at);
+    script.act("\"down\":\"left\"");
+    script.act("\"up\":\"left\"");
+    script.act("\"paste\":\"#112233\"");
+    // A polygon click by click: the last corner taken back, another in its place, closed by Enter.
+    script.key("D");
+    let corners = [(-0.8, -1.4), (0.0, -1.7), (0.9, -1.5), (1.1, -1.7), (0.4, -1.25)].map(|(x, y)| DVec2::new(x, y));
+    for (i, &corner) in corners.iter().enumerate() {
+        script.aim(corner);
+        script.act("\"down\":\"left\"");
+        script.act("\"up\":\"left\"");
+        if i == 3 {
+            script.key("Backspace");
+        }
+    }
+    script.key("Enter");
+    // A picture dropped on the window lies under the mesh.
+    script.act(&format!("\"drop\":{:?}", reference.display().to_string()));
+    // Everything undone and done again, and saved under another name in another folder.
+    (0..9).for_each(|_| script.key("Ctrl+Z"));
+    (0..9).for_each(|_| script.key("Ctrl+Y"));
+    std::fs::create_dir(folder.join("deep")).unwrap();
+    script.key("Ctrl+Shift+S");
+    script.key("Ctrl+A");
+    script.act("\"text\":\"deep/other\"");
+    script.key("Enter");
+    script.act("\"wait\":0.05");
+    let report = session(&display, &folder, Some(&scene), &script.text);
+    assert_eq!(report["unsaved"], false, "{report}");
+    assert!(std::fs::read(&scene).unwrap() == bytes, "the first file is as it was");
+    let saved = Scene::load(&other).unwrap();
+    let step = saved.mesh.positions[0] - original.mesh.positions[0];
+    assert!(step.x > 0.0 && (step.y - 10.0 * step.x).abs() < 1e-9, "{step}");
+    for (before, after) in original.mesh.positions.iter().zip(&saved.mesh.positions) {
+        let moved = if before.x < 1.5 { step } else { DVec2::ZERO };
+        assert!((*after - *before).distance(moved) < 1e-9, "{before} {after}");
+    }
+    let pasted = DVec4::new(17.0, 34.0, 51.0, 255.0) / 255.0;
+    let painted = saved.corner_colours.iter().chain(saved.colours.iter().map(|e| &e.colour));
+    assert!(painted.into_iter().any(|c| c.distance(pasted) < 1e-3), "the pasted colour");
+    let drawn = &saved.mesh.positions[original.mesh.positions.len()..];
+    assert_eq!((drawn.len(), saved.mesh.face_start.len()), (4, original.mesh.face_start.len() + 1));
+    assert!(drawn[3].distance(corners[4]) < 0.02 && drawn[2].distance(corners[2]) < 0.02, "{drawn:?}");
+    // The picture is found from the other folder too.
+    let named = saved.reference.unwrap();
+    assert!(folder.join("deep").join(&named.file).is_file(), "{}", named.file);
+}
+
+#[test]
 fn bad_input_is_a_message_in_the_window_and_harms_nothing() {
     let display = Display::new();
     let folder = Folder::new("bad");

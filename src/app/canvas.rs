@@ -4,10 +4,11 @@ use super::editor::{Dragged, Editor, Tool};
 use super::reference::sample;
 use crate::edit::brush::{boxed, pick, within};
 use crate::edit::drag::Drag;
-use crate::edit::folds::{drag_within, Cost, Watch};
+use crate::edit::folds::{drag_within, shift_within, Cost, Watch};
 use crate::edit::handle::{least_slot, Id, Kind, Stage};
 use crate::edit::overlay::{input_edge, Handle};
 use crate::edit::paint;
+use crate::edit::together::Together;
 use crate::subdiv::index_map::IndexMap;
 use egui::{Key, PointerButton, Pos2, Response, Ui};
 use glam::{DVec2, DVec4};
@@ -25,6 +26,10 @@ pub struct Hand {
     pub edge: Option<u32>,
     /// Corner of the box that is being drawn, model coordinates.
     pub from: Option<DVec2>,
+    /// Corners of the polygon that is being drawn.
+    pub corners: Vec<DVec2>,
+    /// The polygon becomes a scene of its own.
+    pub anew: bool,
     held: Option<Held>,
     // The handle was pressed while it was the one selected: without a move, the next one at its place is meant.
     again: bool,
@@ -32,14 +37,20 @@ pub struct Hand {
 
 /// Handles that are being moved.
 struct Held {
-    drags: Vec<Drag>,
+    /// None while painting.
+    together: Option<Together>,
     /// From the pointer to the limit point of the first.
     offset: DVec2,
     /// Where the first was last.
     at: DVec2,
     watch: Option<Watch>,
-    /// Painting rather than moving.
-    paints: bool,
+}
+
+impl Held {
+    /// The handle that the pointer is at.
+    fn first(&self) -> Option<&Drag> {
+        self.together.as_ref().and_then(|t| t.drags().first())
+    }
 }
 
 impl Editor {
@@ -119,7 +130,7 @@ impl Editor {
         match self.tool {
             Tool::Move => self.hand.hover = self.handle_at(pos, false),
             Tool::Sharp => self.hand.edge = self.edge_at(pos),
-            Tool::Brush | Tool::Pick => {}
+            Tool::Brush | Tool::Pick | Tool::Draw => {}
         }
     }
 
@@ -180,6 +191,7 @@ impl Editor {
                 }
             }
             Tool::Pick => self.pick_colour(at),
+            Tool::Draw => self.add_corner(at),
         }
     }
 
@@ -210,14 +222,15 @@ impl Editor {
     fn hold(&mut self, ids: &[Id], at: DVec2, label: &str) {
         let drags: Result<Vec<Drag>, _> =
             ids.iter().map(|&id| Drag::begin(&self.model.scene, &self.model.mesh, id)).collect();
-        match drags {
-            Ok(drags) => {
-                let start = drags[0].start();
+        let together = drags.and_then(|drags| Together::begin(&self.model.scene, &self.model.mesh, drags));
+        match together {
+            Ok(together) => {
+                let start = together.drags()[0].start();
                 // Where control points are shown the limit moves as the pointer does.
                 let offset = start - at;
                 let watch = self.prevent_folds.then(|| Watch::new(&self.model));
                 self.begin(label);
-                self.hand.held = Some(Held { drags, offset, at: start, watch, paints: false });
+                self.hand.held = Some(Held { together: Some(together), offset, at: start, watch });
             }
             Err(e) => self.fail(e),
         }
@@ -245,7 +258,7 @@ impl Editor {
         }
         self.selection.clear();
         self.begin("paint");
-        self.hand.held = Some(Held { drags: vec![], offset: DVec2::ZERO, at, watch: None, paints: true });
+        self.hand.held = Some(Held { together: None, offset: DVec2::ZERO, at, watch: None });
         self.paint_at(at);
     }
 
@@ -287,15 +300,14 @@ impl Editor {
 
     fn drag(&mut self, at: DVec2) {
         let Some(held) = &self.hand.held else { return };
-        if held.paints {
+        let Some(first) = held.first().map(Drag::start) else {
             if held.at != at {
                 self.paint_at(at);
             }
             return;
-        }
+        };
         let mut target = at + held.offset;
         // A click is no drag.
-        let first = held.drags[0].start();
         if self.view.to_window(first).distance(self.view.to_window(target)) < 0.5 && held.at == first {
             return;
         }
@@ -308,40 +320,30 @@ impl Editor {
         if target == held.at {
             return held;
         }
+        let Some(together) = &held.together else { return held };
         let mut scene = self.model.scene.clone();
-        let step = target - held.drags[0].start();
-        if held.drags.len() > 1 {
-            // Together they move as a body: control points by the same step.
-            let mut tried = scene.clone();
-            held.drags.iter().for_each(|drag| drag.shift(&mut tried, &self.model.mesh, step));
-            let start = std::time::Instant::now();
-            let allowed = match &held.watch {
-                Some(watch) => watch.allows(&tried, &self.model),
-                None => Ok((true, 0)),
-            };
-            match allowed {
-                Ok((true, patches)) => {
-                    self.fold_cost = Cost { time: start.elapsed(), tries: 1, patches };
-                    held.at = target;
-                    self.replace(tried);
-                }
-                Ok((false, _)) => self.say("stopped: a patch would fold over"),
-                Err(e) => self.fail(e),
-            }
-            return held;
-        }
-        let drag = &held.drags[0];
+        let alone = if together.drags().len() == 1 { together.drags().first() } else { None };
+        let start = together.drags()[0].start();
         let done = match &held.watch {
             Some(watch) => {
                 let mut cost = Cost::default();
                 // A hundredth of a pixel.
                 let tolerance = 0.01 * self.view.unit;
                 let ways = [held.at, target];
-                let done = drag_within(watch, drag, &self.model, &mut scene, ways, tolerance, &mut cost);
+                let done = match alone {
+                    Some(drag) => drag_within(watch, drag, &self.model, &mut scene, ways, tolerance, &mut cost),
+                    None => shift_within(watch, together, &self.model, &mut scene, ways, tolerance, &mut cost),
+                };
                 self.fold_cost = cost;
                 done
             }
-            None => drag.to(&mut scene, &self.model.mesh, target).map(|_| target),
+            None => match alone {
+                Some(drag) => drag.to(&mut scene, &self.model.mesh, target).map(|_| target),
+                None => {
+                    together.shift(&mut scene, &self.model.mesh, target - start);
+                    Ok(target)
+                }
+            },
         };
         match done {
             Ok(at) => {
@@ -359,7 +361,7 @@ impl Editor {
     }
 
     /// A place on the grid, or at another point, where that is wanted.
-    fn snapped(&mut self, target: DVec2) -> DVec2 {
+    pub fn snapped(&mut self, target: DVec2) -> DVec2 {
         if self.shown.snap_points {
             let reach = f64::from(REACH) * self.view.per_point();
             let moving: Vec<Id> = self.selection.iter().copied().collect();
@@ -386,7 +388,7 @@ impl Editor {
                 self.selection.extend(inside);
             }
         }
-        let still = self.hand.held.as_ref().is_none_or(|h| h.drags.first().is_some_and(|d| d.start() == h.at));
+        let still = self.hand.held.as_ref().is_none_or(|h| h.first().is_some_and(|d| d.start() == h.at));
         if std::mem::take(&mut self.hand.again) && still {
             let pos = self.view.to_window(at);
             if let Some(next) = self.handle_at(pos, true) {
@@ -394,7 +396,7 @@ impl Editor {
             }
         }
         if let Some(held) = self.hand.held.take() {
-            if let Some(drag) = held.drags.first() {
+            if let Some(drag) = held.first() {
                 self.dragged.push(Dragged { handle: drag.id(), at: held.at });
             }
             self.commit();

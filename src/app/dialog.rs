@@ -269,6 +269,13 @@ impl Editor {
                 }
             }
         });
+        let drawn = ui.button("draw a polygon").on_hover_text("click its corners").clicked();
+        if drawn {
+            self.hand.corners.clear();
+            (self.hand.anew, self.tool) = (true, super::editor::Tool::Draw);
+            self.say("click the corners of the polygon; the first one again, or Enter, closes it");
+            return false;
+        }
         ui.horizontal(|ui| {
             ui.add(egui::DragValue::new(&mut count[0]).clamp_range(1..=200));
             ui.label("by");

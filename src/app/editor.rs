@@ -38,6 +38,8 @@ pub enum Tool {
     Sharp,
     /// Takes a colour from the surface or the reference picture.
     Pick,
+    /// Draws a polygon click by click.
+    Draw,
 }
 
 /// The brush.
@@ -210,7 +212,11 @@ impl Editor {
 
     /// A scene of a built-in mesh with mild colours.
     pub fn fresh(builtin: &str) -> Scene {
-        let mesh = shapes::builtin(builtin).unwrap_or_default();
+        Editor::coloured(shapes::builtin(builtin).unwrap_or_default())
+    }
+
+    /// A scene of polygons with mild colours.
+    pub fn coloured(mesh: crate::scene::InputMesh) -> Scene {
         let shades = [[0.96, 0.84, 0.62], [0.91, 0.42, 0.36], [0.16, 0.6, 0.58], [0.55, 0.75, 0.9]];
         let colour = |v: u32| {
             let [r, g, b] = shades[v as usize % 4];
@@ -327,6 +333,7 @@ impl Editor {
     /// Writes the scene; `true`: it is on the disk.
     pub fn save(&mut self, file: &Path) -> bool {
         self.commit();
+        self.carry_reference(file);
         let obj = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
         let done = if obj { self.model.scene.save_authors(file) } else { self.model.scene.save(file).map(|()| vec![]) };
         match done {
@@ -348,6 +355,25 @@ impl Editor {
                 false
             }
         }
+    }
+
+    /// Names the reference picture anew when the scene goes to another folder, from which its name would count.
+    fn carry_reference(&mut self, file: &Path) {
+        let whole = |p: &Path| std::path::absolute(p).unwrap_or_else(|_| p.to_path_buf());
+        let (old, new) = (whole(&self.folder()), whole(file.parent().unwrap_or(Path::new(""))));
+        let Some(r) = &self.model.scene.reference else { return };
+        if old == new || Path::new(&r.file).is_absolute() {
+            return;
+        }
+        let there = old.join(&r.file);
+        let name = there.strip_prefix(&new).map_or_else(|_| there.clone(), Path::to_path_buf);
+        let name = name.to_string_lossy().into_owned();
+        self.change("name of the reference picture", |scene, _| {
+            if let Some(r) = &mut scene.reference {
+                r.file = name;
+            }
+            Ok(())
+        });
     }
 
     fn remember(&mut self, file: &Path) {

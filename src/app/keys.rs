@@ -25,6 +25,10 @@ pub enum Command {
     Redo,
     /// Tools.
     Take(Tool),
+    /// Makes a face of the polygon that is drawn.
+    ClosePolygon,
+    /// Takes its last corner back.
+    TakeCornerBack,
     /// Which mesh.
     To(Stage),
     /// A level finer (true) or coarser.
@@ -104,6 +108,9 @@ pub const KEYS: &[Binding] = &[
     bind(false, false, Key::B, "B", Command::Take(Tool::Brush), "brush"),
     bind(false, false, Key::E, "E", Command::Take(Tool::Sharp), "sharp edges"),
     bind(false, false, Key::I, "I", Command::Take(Tool::Pick), "eyedropper"),
+    bind(false, false, Key::D, "D", Command::Take(Tool::Draw), "draw a polygon click by click"),
+    bind(false, false, Key::Enter, "Enter", Command::ClosePolygon, "close the polygon that is drawn"),
+    bind(false, false, Key::Backspace, "Backspace", Command::TakeCornerBack, "take its last corner back"),
     bind(false, false, Key::M, "M", Command::To(Stage::Input), "edit the input mesh M"),
     bind(false, false, Key::Num0, "0 to 6", Command::To(Stage::Level(0)), "edit level 0 to 6"),
     bind(false, false, Key::Num1, "", Command::To(Stage::Level(1)), ""),
@@ -191,6 +198,8 @@ impl Editor {
             Command::Undo => self.step(false),
             Command::Redo => self.step(true),
             Command::Take(tool) => self.tool = tool,
+            Command::ClosePolygon => self.close_polygon(),
+            Command::TakeCornerBack => drop(self.hand.corners.pop()),
             Command::To(stage) => self.set_stage(stage),
             Command::Finer(finer) => {
                 let next = match (self.stage, finer) {
@@ -212,7 +221,9 @@ impl Editor {
             Command::SelectNext => self.select_next(),
             Command::Escape => {
                 if self.dialog.take().is_none() {
-                    if self.in_gesture() {
+                    if !self.hand.corners.is_empty() {
+                        self.hand.corners.clear();
+                    } else if self.in_gesture() {
                         self.cancel();
                         self.hand = Default::default();
                     } else {

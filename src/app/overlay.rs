@@ -133,6 +133,16 @@ impl Editor {
             let rect = Rect::from_two_pos(self.view.to_window(from), pos);
             painter.rect(rect, 0.0, Color32::from_rgba_unmultiplied(250, 150, 20, 30), Stroke::new(1.0, SELECTED));
         }
+        if self.tool == Tool::Draw && !self.hand.corners.is_empty() {
+            let mut lines = Mesh::default();
+            let mut at: Vec<Pos2> = self.hand.corners.iter().map(|&p| self.view.to_window(p)).collect();
+            let placed = at.len();
+            at.push(pos);
+            at.windows(2).for_each(|w| segment(&mut lines, w[0], w[1], 1.6, SELECTED));
+            segment(&mut lines, pos, at[0], 1.0, LINE);
+            at.iter().take(placed).for_each(|&p| disc(&mut lines, p, 4.0, GEOMETRY));
+            painter.add(Shape::mesh(lines));
+        }
         if self.tool == Tool::Brush {
             let colour = if self.brush.moves { GEOMETRY } else { colour32(self.brush.colour.with_w(1.0)) };
             painter.circle_stroke(pos, self.brush.radius, Stroke::new(3.0, Color32::from_black_alpha(120)));

@@ -138,6 +138,7 @@ impl Editor {
                 (Tool::Brush, "Brush", "B"),
                 (Tool::Sharp, "Sharp", "E"),
                 (Tool::Pick, "Pick", "I"),
+                (Tool::Draw, "Draw", "D"),
             ] {
                 ui.selectable_value(&mut self.tool, tool, name).on_hover_text(keys);
             }

@@ -1,9 +1,9 @@
 //! Modelling: the panel that changes the input mesh's polygons.
 
-use super::editor::Editor;
+use super::editor::{Editor, Tool};
 use crate::edit::handle::{origin_of, Kind, Origin, Stage};
 use crate::edit::{shape, EditError};
-use crate::scene::Scene;
+use crate::scene::{InputMesh, Scene};
 use egui::Ui;
 use glam::DVec2;
 
@@ -16,6 +16,44 @@ impl Editor {
         };
         let ids = self.selection.iter().filter(|id| id.level == 0 && matches!(id.kind, Kind::Input | Kind::Vertex));
         ids.filter_map(|id| origin(id.slot)).collect()
+    }
+
+    /// Adds a corner to the polygon that is drawn. A click on its first or last corner closes it.
+    pub fn add_corner(&mut self, at: DVec2) {
+        let reach = f64::from(super::canvas::REACH) * self.view.per_point();
+        let near = |p: Option<&DVec2>| p.is_some_and(|p| p.distance(at) <= reach);
+        let corners = &self.hand.corners;
+        if near(corners.first()) || near(corners.last()) {
+            if corners.len() > 2 {
+                self.close_polygon();
+            }
+            return;
+        }
+        let at = self.snapped(at);
+        if !self.hand.corners.contains(&at) {
+            self.hand.corners.push(at);
+        }
+    }
+
+    /// Makes a face of the polygon that is drawn, in the scene or as one of its own.
+    pub fn close_polygon(&mut self) {
+        if self.hand.corners.is_empty() {
+            return;
+        }
+        let corners = std::mem::take(&mut self.hand.corners);
+        let anew = std::mem::take(&mut self.hand.anew);
+        let done = if anew && corners.len() > 2 {
+            let count = corners.len() as u32;
+            let (all, face_start) = ((0..count).collect(), vec![0, count]);
+            let mesh = InputMesh { positions: corners, corners: all, face_start, face_line: Vec::new() };
+            self.take(Editor::coloured(mesh), None)
+        } else {
+            self.change("draw polygon", |scene, _| shape::add_polygon(scene, &corners))
+        };
+        if done {
+            self.set_stage(Stage::Input);
+            self.tool = Tool::Move;
+        }
     }
 
     /// The panel.

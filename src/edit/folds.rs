@@ -6,6 +6,7 @@
 
 use super::drag::Drag;
 use super::model::Model;
+use super::together::Together;
 use super::EditError;
 use crate::check::folds::{base_face, gd01, jacobian_sign, orientations, JacobianSign};
 use crate::patch::build::{build, face_control};
@@ -132,10 +133,44 @@ pub fn drag_within(
     tolerance: f64,
     cost: &mut Cost,
 ) -> Result<DVec2, EditError> {
+    let put = |next: &mut Scene, at| drag.to(next, &model.mesh, at).map(drop);
+    bisect(watch, put, model, scene, [from, target], tolerance, cost)
+}
+
+/// As [`drag_within`], for several handles held together; places are those of the first.
+///
+/// # Errors
+/// The scene cannot be refined.
+pub fn shift_within(
+    watch: &Watch,
+    together: &Together,
+    model: &Model,
+    scene: &mut Scene,
+    ways: [DVec2; 2],
+    tolerance: f64,
+    cost: &mut Cost,
+) -> Result<DVec2, EditError> {
+    let start = together.drags()[0].start();
+    let put = |next: &mut Scene, at| {
+        together.shift(next, &model.mesh, at - start);
+        Ok(())
+    };
+    bisect(watch, put, model, scene, ways, tolerance, cost)
+}
+
+fn bisect(
+    watch: &Watch,
+    put: impl Fn(&mut Scene, DVec2) -> Result<(), EditError>,
+    model: &Model,
+    scene: &mut Scene,
+    [from, target]: [DVec2; 2],
+    tolerance: f64,
+    cost: &mut Cost,
+) -> Result<DVec2, EditError> {
     let start = Instant::now();
     let mut attempt = |at: DVec2| -> Result<Option<Scene>, EditError> {
         let mut next = scene.clone();
-        drag.to(&mut next, &model.mesh, at)?;
+        put(&mut next, at)?;
         let (allowed, looked) = watch.allows(&next, model)?;
         cost.tries += 1;
         cost.patches = looked;

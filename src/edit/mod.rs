@@ -23,6 +23,7 @@ pub mod overlay;
 pub mod paint;
 pub mod place;
 pub mod shape;
+pub mod together;
 
 use crate::mesh::MeshError;
 use crate::refine::RefineError;
