@@ -32,6 +32,7 @@
 //! | [`ferguson`] | locally refinable gradient meshes (BLHK18): curves and patches with T-sections, exact splits, edits |
 //! | [`patch`] | control points, transition parts, the CPU evaluator, the cast to single precision |
 //! | [`incremental`] | what an edit touches: values of kept levels, control points of kept patches |
+//! | [`pattern`] | generic mesh refinement (BS05): refinement patterns, curved PN and scalar tagged triangles, displacement |
 //! | [`camera`] | eyes for scenes in space |
 //! | [`gpu`] | devices, pipelines, pictures, times, read-back; the only room with `unsafe` |
 //! | [`check`] | the limit by a road of its own; errors of pictures, folds, cracks |
@@ -161,6 +162,17 @@
 //! T-sections close in a circle, which only splits at any parameter can make, updates go round until nothing changes.
 //! Components lie over one another in the order of the file.
 //!
+//! # BS05, piece by piece
+//!
+//! | in the paper | here |
+//! |---|---|
+//! | 3.2 refinement pattern, Fig. 2 | [`pattern::RefinementPattern`]; Fig. 7's 4,225 and 16,641 vertices are its grid |
+//! | 3.2 tessellation with a height field | [`pattern::displace::HeightMap`] |
+//! | 4 procedural displacement, Fig. 4 | [`pattern::displace`]; `scenes/pattern/sphere.json`, `ocean.json` |
+//! | 4 Fig. 6 | `scenes/pattern/character.json` |
+//! | App. A curved PN triangles | [`pattern::Control`], [`pattern::evaluate`](mod@pattern::evaluate); both factors of the normals: [`pattern::NormalField`] |
+//! | App. B scalar tagged meshes | [`pattern::Tag`], [`pattern::Control`]; which side of a crease an edge takes is said there |
+//!
 //! # Where this departs from the paper
 //!
 //! * **Two sets of rules.** [`refine::Rules::Authors`] is the authors' tool to the letter and reproduces its patches.
@@ -190,6 +202,7 @@ pub mod image;
 pub mod incremental;
 pub mod mesh;
 pub mod patch;
+pub mod pattern;
 pub mod refine;
 pub mod repro;
 pub mod scene;

@@ -102,6 +102,7 @@ impl Check {
                 self.sections(&mesh, global)
             }
             Subject::Surface(surface) => self.space(&surface, global),
+            other => Err(other.refused(&self.scene)),
         }
     }
 

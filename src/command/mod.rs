@@ -10,6 +10,7 @@ mod measure;
 mod mesh;
 mod open;
 mod patches;
+mod pattern;
 mod picture;
 mod render;
 mod repro;

@@ -1,6 +1,7 @@
 //! From a file name to refined levels and patches, with errors that name file and line.
 
 use super::ferguson::open::Ferguson;
+use super::pattern::open::Pattern;
 use super::surface::open::Surface;
 use super::{Failure, Global, ModeFlag, PatchesFlag, Refining, RulesFlag};
 use crate::mesh::{self, HalfEdgeMesh, MeshError};
@@ -21,6 +22,8 @@ pub enum Subject {
     Ferguson(Box<Ferguson>),
     /// ZBK23.
     Surface(Box<Surface>),
+    /// BS05.
+    Pattern(Box<Pattern>),
 }
 
 impl Subject {
@@ -30,10 +33,9 @@ impl Subject {
         match technique(&bytes) {
             Technique::Ferguson => Ok(Subject::Ferguson(Box::new(Ferguson::load(file, &bytes, global)?))),
             Technique::Surface => Ok(Subject::Surface(Box::new(Surface::load(file, &bytes, global)?))),
+            Technique::Pattern => Ok(Subject::Pattern(Box::new(Pattern::load(file, &bytes, global)?))),
             // Its reader refuses what is none of it.
-            Technique::Subdivision | Technique::Pattern => {
-                Ok(Subject::Subdivision(Box::new(load_bytes(file, &bytes, global)?)))
-            }
+            Technique::Subdivision => Ok(Subject::Subdivision(Box::new(load_bytes(file, &bytes, global)?))),
         }
     }
 
@@ -43,6 +45,7 @@ impl Subject {
             Subject::Subdivision(_) => Technique::Subdivision,
             Subject::Ferguson(_) => Technique::Ferguson,
             Subject::Surface(_) => Technique::Surface,
+            Subject::Pattern(_) => Technique::Pattern,
         }
     }
 

@@ -163,6 +163,7 @@ impl Render {
                 };
                 surface::render::run(&surface, &self.surface, self.look()?, &canvas, global)
             }
+            other => Err(other.refused(&self.scene)),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::ferguson::{list, open::refuse};
 use super::open::Subject;
+use super::pattern::flags::PatternFlags;
 use super::surface::flags::SurfaceFlags;
 use super::{print, print_json, surface, Failure, Global, Refining};
 use crate::check::exact::ExactFace;
@@ -28,6 +29,8 @@ pub struct Sample {
     refining: Refining,
     #[command(flatten)]
     surface: SurfaceFlags,
+    #[command(flatten)]
+    pattern: PatternFlags,
 }
 
 /// Most samples that one run makes; they are held in memory.
@@ -57,7 +60,11 @@ struct Row {
 impl Sample {
     /// Samples every face of M^0.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
-        let loaded = match Subject::open(&self.scene, global)? {
+        let subject = Subject::open(&self.scene, global)?;
+        if !matches!(subject, Subject::Pattern(_)) {
+            self.pattern.refuse()?;
+        }
+        let loaded = match subject {
             Subject::Subdivision(loaded) => loaded,
             Subject::Ferguson(mesh) => {
                 self.surface.refuse()?;
@@ -66,6 +73,14 @@ impl Sample {
             }
             Subject::Surface(surface) => {
                 return surface::sample::run(&surface, &self.surface, &self.refining, self.n, self.exact, global)
+            }
+            Subject::Pattern(mut pattern) => {
+                if self.exact || !self.refining.is_default() {
+                    return Err(Failure::input("refinement patterns are the surface itself; --n alone goes with them"));
+                }
+                self.surface.refuse()?;
+                self.pattern.apply(&mut pattern.scene)?;
+                return super::pattern::sample::run(&pattern.scene, self.n, global);
             }
         };
         self.surface.refuse()?;

@@ -1,6 +1,7 @@
 //! `gradtess stats`: patch counts as in Table 1.
 
 use super::open::{Loaded, Subject};
+use super::pattern::flags::{level as pattern_level, PatternFlags};
 use super::surface::flags::{level, SurfaceFlags};
 use super::{print, print_json, Failure, Global, Refining, RulesFlag};
 use crate::patch::transition::constellation;
@@ -20,6 +21,8 @@ pub struct Stats {
     refining: Refining,
     #[command(flatten)]
     surface: SurfaceFlags,
+    #[command(flatten)]
+    pattern: PatternFlags,
 }
 
 /// A row of Table 1.
@@ -82,7 +85,11 @@ impl Stats {
     /// Counts and prints.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
         for scene in &self.scenes {
-            match Subject::open(scene, global)? {
+            let subject = Subject::open(scene, global)?;
+            if !matches!(subject, Subject::Pattern(_)) {
+                self.pattern.refuse()?;
+            }
+            match subject {
                 Subject::Subdivision(loaded) => {
                     self.surface.refuse()?;
                     let report = self.report(&loaded)?;
@@ -100,6 +107,12 @@ impl Stats {
                 Subject::Surface(surface) => {
                     let depth = level(&self.refining)?.unwrap_or(0);
                     super::surface::stats::run(&surface, &self.surface, depth, global)?;
+                }
+                Subject::Pattern(mut pattern) => {
+                    self.surface.refuse()?;
+                    self.pattern.apply(&mut pattern.scene)?;
+                    let level = pattern_level(&self.refining, &pattern.scene)?;
+                    super::pattern::stats::run(&pattern.scene, level, global)?;
                 }
             }
         }

@@ -15,6 +15,7 @@ mod file;
 mod json_position;
 pub mod native;
 pub mod numbering;
+pub mod pattern;
 pub mod shapes;
 pub mod surface;
 pub mod svg;

@@ -58,6 +58,7 @@ fn of_obj(bytes: &[u8]) -> Technique {
         let mut fields = line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty());
         match fields.next() {
             Some(b"ve" | b"ce") => return Technique::Subdivision,
+            Some(b"st") => return Technique::Pattern,
             Some(b"fs" | b"as" | b"vn") => solid = true,
             Some(b"t") => solid |= matches!(fields.next(), Some(b"crease" | b"corner")),
             Some(b"v") if !solid => {

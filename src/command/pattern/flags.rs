@@ -1,0 +1,100 @@
+//! Flags of refinement patterns.
+
+use crate::command::{Failure, Refining};
+use crate::pattern::lattice::MAX_LEVEL;
+use crate::pattern::{Evaluator, NormalField};
+use crate::scene::pattern::PatternScene;
+use clap::{Args, ValueEnum};
+
+/// How a coarse mesh is refined by patterns. Other scenes take none of these.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Refinement patterns (BS05)")]
+pub struct PatternFlags {
+    /// What a coarse triangle becomes; the scene says unless given
+    #[arg(long, value_enum)]
+    evaluator: Option<EvaluatorFlag>,
+    /// Normals of curved triangles: factor 2 (Vlachos et al.), factor 4 as BS05 prints it, or linear
+    #[arg(long, value_enum)]
+    normal_field: Option<FieldFlag>,
+    /// Time of animated displacement
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    time: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum EvaluatorFlag {
+    /// Flat
+    Linear,
+    /// Curved PN triangles
+    Pn,
+    /// Scalar tagged PN triangles
+    St,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum FieldFlag {
+    Vlachos,
+    Boubekeur,
+    Linear,
+}
+
+impl PatternFlags {
+    /// Refuses these flags for scenes of other techniques.
+    pub fn refuse(&self) -> Result<(), Failure> {
+        match *self == PatternFlags::default() {
+            true => Ok(()),
+            false => Err(Failure::input(
+                "--evaluator, --normal-field and --time go with scenes of technique pattern; leave them out",
+            )),
+        }
+    }
+
+    /// Changes a scene as the flags say.
+    pub fn apply(&self, scene: &mut PatternScene) -> Result<(), Failure> {
+        if let Some(evaluator) = self.evaluator {
+            scene.evaluator = match evaluator {
+                EvaluatorFlag::Linear => Evaluator::Linear,
+                EvaluatorFlag::Pn => Evaluator::Pn,
+                EvaluatorFlag::St => Evaluator::St,
+            };
+        }
+        if let Some(field) = self.normal_field {
+            scene.normal_field = match field {
+                FieldFlag::Vlachos => NormalField::Vlachos,
+                FieldFlag::Boubekeur => NormalField::Boubekeur,
+                FieldFlag::Linear => NormalField::Linear,
+            };
+        }
+        if let Some(time) = self.time {
+            if time.is_nan() || time.abs() > 1e6 {
+                return Err(Failure::input(format_args!("--time {time} is out of range; give -1e6 to 1e6")));
+            }
+            scene.displacement = std::mem::take(&mut scene.displacement).at_time(time);
+        }
+        Ok(())
+    }
+}
+
+/// The level of the pattern: `--level`, or the scene's.
+pub fn level(refining: &Refining, scene: &PatternScene) -> Result<u32, Failure> {
+    if !(Refining { level: None, ..refining.clone() }).is_default() {
+        return Err(Failure::input(
+            "--mode, --rules, --patches and --isolate go with gradient meshes; refinement patterns take --level",
+        ));
+    }
+    match refining.level.unwrap_or(scene.level) {
+        level @ 1..=MAX_LEVEL => Ok(level),
+        level => {
+            Err(Failure::input(format_args!("--level {level} is out of range; patterns have levels 1 to {MAX_LEVEL}")))
+        }
+    }
+}
+
+/// The evaluator as the command line calls it.
+pub fn evaluator_name(evaluator: Evaluator) -> &'static str {
+    match evaluator {
+        Evaluator::Linear => "linear",
+        Evaluator::Pn => "pn",
+        Evaluator::St => "st",
+    }
+}
