@@ -27,7 +27,7 @@ const fn out(name: &'static str, source: &'static str, defines: &'static [(&'sta
 
 /// Every output, in the order of the manifest.
 #[rustfmt::skip]
-pub const OUTPUTS: [Output; 29] = [
+pub const OUTPUTS: [Output; 37] = [
     out("patch.vert", "patch.vert", &[]),
     out("bicubic.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "0")]),
     out("bicubic_triangle.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "1")]),
@@ -53,6 +53,14 @@ pub const OUTPUTS: [Output; 29] = [
     out("colour.frag", "colour.frag", &[]),
     out("solid.vert", "solid.vert", &[]),
     out("solid.frag", "solid.frag", &[]),
+    out("pattern.vert", "pattern.vert", &[("UNIFORM", "0"), ("READBACK", "0")]),
+    out("pattern_uniform.vert", "pattern.vert", &[("UNIFORM", "1"), ("READBACK", "0")]),
+    out("pattern_readback.vert", "pattern.vert", &[("UNIFORM", "0"), ("READBACK", "1")]),
+    out("pattern_static.vert", "pattern_static.vert", &[]),
+    out("pattern_patch.vert", "pattern_patch.vert", &[]),
+    out("pattern.tesc", "pattern.tesc", &[]),
+    out("pattern.tese", "pattern.tese", &[]),
+    out("pattern.frag", "pattern.frag", &[]),
     out("solid_bicubic.tesc", "solid.tesc", &[("GREGORY", "0")]),
     out("solid_gregory.tesc", "solid.tesc", &[("GREGORY", "1")]),
     out("solid_bicubic.tese", "solid.tese", &[("GREGORY", "0")]),

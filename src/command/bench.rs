@@ -32,7 +32,7 @@ use subject::{Clock, Subject};
 #[derive(Args)]
 pub struct Bench {
     /// Scene files
-    #[arg(required_unless_present = "compare")]
+    #[arg(required_unless_present_any = ["compare", "grid"])]
     scenes: Vec<String>,
     /// Folder for frames.csv, run.json and trace.json
     #[arg(short, long, value_name = "DIR", required_unless_present = "compare")]
@@ -77,9 +77,20 @@ pub struct Bench {
     /// Few frames of a small picture: shows that all works, measures nothing
     #[arg(long)]
     short: bool,
+    /// Measure a figure's grid instead of scenes: fig7 of BS05, with fig7.csv and fig7.json in the folder. --frames are
+    /// those of each method in a repeat [default there: 3]
+    #[arg(long, value_enum, conflicts_with_all = ["scenes", "compare", "pair", "match_triangles", "view"])]
+    grid: Option<GridFlag>,
     /// Compare two run folders instead of measuring: ratio B over A
     #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["scenes", "output", "pair"])]
     compare: Option<Vec<PathBuf>>,
+}
+
+/// A grid of measurements.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum GridFlag {
+    /// 10, 100 and 1000 coarse triangles at 64 x 64 and 128 x 128, by every draw method
+    Fig7,
 }
 
 /// A scene in its one or two configurations.
@@ -94,6 +105,18 @@ impl Bench {
         let Some(folder) = &self.output else {
             return Err(Failure::input("give a folder with -o DIR"));
         };
+        if self.grid.is_some() {
+            let request = super::pattern::bench::Request {
+                folder,
+                repeats: self.repeats.unwrap_or(5).max(1),
+                frames: self.frames.unwrap_or(3).max(1),
+                size: self.size.unwrap_or([640, 480]),
+                counts: if self.short { &[10] } else { &[10, 100, 1000] },
+                levels: if self.short { &[64] } else { &[64, 128] },
+                seed: self.seed,
+            };
+            return super::pattern::bench::run(&request, global);
+        }
         let protocol = self.protocol();
         protocol.check().map_err(Failure::input)?;
         let configs = self.configs()?;

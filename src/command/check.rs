@@ -6,6 +6,7 @@ mod report;
 use super::ferguson::open::{refuse, Ferguson};
 use super::measure::{measure, ErrorReport, PlaceReport};
 use super::open::{Loaded, Subject};
+use super::pattern::flags::{level as pattern_level, PatternFlags};
 use super::picture::{bounds, PictureFlags};
 use super::surface::flags::SurfaceFlags;
 use super::surface::open::Surface;
@@ -61,6 +62,8 @@ pub struct Check {
     max_folds: Option<usize>,
     #[command(flatten)]
     surface: SurfaceFlags,
+    #[command(flatten)]
+    pattern: PatternFlags,
 }
 
 /// Level from 1 to 64, the integer part of a log-uniform number.
@@ -91,7 +94,11 @@ const SIZE: [u32; 2] = [512, 512];
 impl Check {
     /// Draws and looks.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
-        match Subject::open(&self.scene, global)? {
+        let subject = Subject::open(&self.scene, global)?;
+        if !matches!(subject, Subject::Pattern(_)) {
+            self.pattern.refuse()?;
+        }
+        match subject {
             Subject::Subdivision(loaded) => {
                 self.surface.refuse()?;
                 self.subdivision(&loaded, global)
@@ -102,7 +109,25 @@ impl Check {
                 self.sections(&mesh, global)
             }
             Subject::Surface(surface) => self.space(&surface, global),
-            other => Err(other.refused(&self.scene)),
+            Subject::Pattern(mut pattern) => {
+                self.picture.refuse_plane()?;
+                self.surface.refuse()?;
+                let measured = self.max_error.or(self.max_mean).or(self.max_shift).is_some();
+                if measured || self.output.is_some() || self.max_folds.is_some() || self.random_tess {
+                    return Err(Failure::input(
+                        "refinement patterns are checked by --zooms and --seed; leave out the rest",
+                    ));
+                }
+                self.pattern.apply(&mut pattern.scene)?;
+                let request = super::pattern::check::Request {
+                    level: pattern_level(&self.picture.refining, &pattern.scene)?,
+                    views: self.zooms,
+                    seed: self.seed,
+                    size: self.picture.size.unwrap_or(SIZE),
+                    method: self.pattern.method(),
+                };
+                super::pattern::check::run(&pattern.scene, &request, global)
+            }
         }
     }
 

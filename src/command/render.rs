@@ -3,13 +3,14 @@
 use super::ferguson::open::refuse;
 use super::measure::{measure, ErrorReport};
 use super::open::{self, Subject};
+use super::pattern::flags::{level as pattern_level, PatternFlags};
 use super::picture::{background, PictureFlags};
 use super::surface::flags::SurfaceFlags;
 use super::surface::render::{Canvas, Look};
 use super::{ferguson, print, print_json, surface, Failure, Global};
 use crate::check::error_map;
 use crate::check::picture_error::PictureError;
-use crate::gpu::{Frame, Gpu, GpuTimes, Show, SolidShow, Statistics};
+use crate::gpu::{Frame, Gpu, GpuTimes, PatternShow, Show, SolidShow, Statistics};
 use crate::image::Picture;
 use crate::patch::PatchTable;
 use clap::{Args, ValueEnum};
@@ -37,6 +38,8 @@ pub struct Render {
     samples: u32,
     #[command(flatten)]
     surface: SurfaceFlags,
+    #[command(flatten)]
+    pattern: PatternFlags,
 }
 
 /// An optional colour, wrapped so that the flag parser does not take `None` for a missing flag.
@@ -123,7 +126,11 @@ impl Render {
                 self.output.display()
             )));
         }
-        match Subject::open(&self.scene, global)? {
+        let subject = Subject::open(&self.scene, global)?;
+        if !matches!(subject, Subject::Pattern(_)) {
+            self.pattern.refuse()?;
+        }
+        match subject {
             Subject::Subdivision(loaded) => {
                 self.refuse_space()?;
                 let patched = loaded.patches(&self.picture.refining)?;
@@ -163,7 +170,27 @@ impl Render {
                 };
                 surface::render::run(&surface, &self.surface, self.look()?, &canvas, global)
             }
-            other => Err(other.refused(&self.scene)),
+            Subject::Pattern(mut pattern) => {
+                self.picture.refuse_plane()?;
+                self.surface.refuse()?;
+                self.pattern.apply(&mut pattern.scene)?;
+                let canvas = super::pattern::render::Canvas {
+                    picture: &self.picture,
+                    output: &self.output,
+                    show: match self.show {
+                        ShowFlag::Surface | ShowFlag::Shaded => PatternShow::Shaded,
+                        ShowFlag::Normals => PatternShow::Normals,
+                        ShowFlag::Wire => PatternShow::Wire,
+                        _ => return Err(Failure::input("refinement patterns have --show surface, wire and normals")),
+                    },
+                    method: self.pattern.method(),
+                    grid: self.pattern.grid_pattern,
+                    level: pattern_level(&self.picture.refining, &pattern.scene)?,
+                    background: self.background.0,
+                    samples: self.samples,
+                };
+                super::pattern::render::run(&pattern.scene, &canvas, global)
+            }
         }
     }
 

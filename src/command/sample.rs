@@ -79,6 +79,7 @@ impl Sample {
                     return Err(Failure::input("refinement patterns are the surface itself; --n alone goes with them"));
                 }
                 self.surface.refuse()?;
+                self.pattern.refuse_drawing()?;
                 self.pattern.apply(&mut pattern.scene)?;
                 return super::pattern::sample::run(&pattern.scene, self.n, global);
             }

@@ -110,6 +110,7 @@ impl Stats {
                 }
                 Subject::Pattern(mut pattern) => {
                     self.surface.refuse()?;
+                    self.pattern.refuse_drawing()?;
                     self.pattern.apply(&mut pattern.scene)?;
                     let level = pattern_level(&self.refining, &pattern.scene)?;
                     super::pattern::stats::run(&pattern.scene, level, global)?;

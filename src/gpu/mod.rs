@@ -23,6 +23,7 @@ mod instance;
 mod layout;
 mod memory;
 mod partial;
+mod pattern;
 mod pipeline;
 mod query;
 mod readback;
@@ -41,6 +42,7 @@ pub use draw::{Canvas, Format, Frame, FrameTimes, Pixels, PreparedFrame, Rendere
 pub use error::GpuError;
 pub use instance::Message;
 pub use partial::Uploaded;
+pub use pattern::{PatternFrame, PatternMethod, PatternScene, PatternShow, PreparedPattern};
 pub use query::{GpuSpan, GpuTimes, Statistics};
 pub use readback::EvaluatedPoint;
 pub use show::{level_colour, patch_colour, Show, WIRE_COLOUR};
@@ -205,6 +207,25 @@ impl Gpu {
     /// The table contradicts itself, the frame is senseless or too large, or memory ran out.
     pub fn prepare_solid(&self, table: &SolidTable, frame: &SolidFrame) -> Result<PreparedSolid, GpuError> {
         PreparedSolid::new(&self.context, &self.pipelines.passes, table, frame)
+    }
+
+    /// Puts coarse triangles and a refinement pattern on the device with everything that their picture needs, to draw it as
+    /// often as wanted.
+    ///
+    /// # Errors
+    /// The frame is senseless or too large, the device lacks what it needs, or memory ran out.
+    pub fn prepare_pattern(&self, scene: &PatternScene, frame: &PatternFrame) -> Result<PreparedPattern, GpuError> {
+        PreparedPattern::new(&self.context, &self.pipelines.passes, scene, frame, false)
+    }
+
+    /// Position and normal of every vertex that the device makes of refinement patterns, coarse triangle by coarse triangle
+    /// in the pattern's order. Of `frame`, nothing but its method counts, which has to be [`PatternMethod::Instanced`].
+    ///
+    /// # Errors
+    /// [`GpuError::Lacks`] on devices without stores in vertex stages; or a call failed.
+    pub fn evaluate_pattern(&self, scene: &PatternScene, frame: &PatternFrame) -> Result<Vec<[[f32; 3]; 2]>, GpuError> {
+        let frame = PatternFrame { method: PatternMethod::Instanced, ..frame.clone() };
+        PreparedPattern::new(&self.context, &self.pipelines.passes, scene, &frame, true)?.records()
     }
 
     /// Every vertex that the device makes of a table, sorted by range, patch and coordinate. `scale` is pixels a model

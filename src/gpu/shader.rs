@@ -30,6 +30,23 @@ pub(super) const SOLID_VERTEX: Spv = spv!("solid.vert");
 /// Colours pixels of surfaces in space.
 pub(super) const SOLID_FRAGMENT: Spv = spv!("solid.frag");
 
+/// A refinement pattern's vertex, by instance.
+pub(super) const PATTERN_VERTEX: Spv = spv!("pattern.vert");
+/// The same with its triangle's attributes as uniforms.
+pub(super) const PATTERN_UNIFORM: Spv = spv!("pattern_uniform.vert");
+/// The same, written to a buffer.
+pub(super) const PATTERN_READBACK: Spv = spv!("pattern_readback.vert");
+/// A vertex of a whole refined mesh.
+pub(super) const PATTERN_STATIC: Spv = spv!("pattern_static.vert");
+/// A coarse triangle on its way to the tessellator.
+pub(super) const PATTERN_PATCH: Spv = spv!("pattern_patch.vert");
+/// Its levels.
+pub(super) const PATTERN_CONTROL: Spv = spv!("pattern.tesc");
+/// Its vertices.
+pub(super) const PATTERN_EVALUATION: Spv = spv!("pattern.tese");
+/// Pixels of refined meshes.
+pub(super) const PATTERN_FRAGMENT: Spv = spv!("pattern.frag");
+
 /// Sets the levels.
 pub(super) fn control(kind: Kind, shape: Shape) -> Spv {
     match (kind, shape) {

@@ -1,6 +1,7 @@
 //! Flags of refinement patterns.
 
 use crate::command::{Failure, Refining};
+use crate::gpu::PatternMethod;
 use crate::pattern::lattice::MAX_LEVEL;
 use crate::pattern::{Evaluator, NormalField};
 use crate::scene::pattern::PatternScene;
@@ -19,6 +20,24 @@ pub struct PatternFlags {
     /// Time of animated displacement
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     time: Option<f64>,
+    /// How the refined mesh is drawn [default: instanced]
+    #[arg(long, value_enum)]
+    method: Option<MethodFlag>,
+    /// The grid pattern of Fig. 7 instead of the triangular one
+    #[arg(long)]
+    pub grid_pattern: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum MethodFlag {
+    /// One draw a coarse triangle with its attributes as uniforms, the paper's way
+    Draws,
+    /// One draw with an instance a coarse triangle
+    Instanced,
+    /// The whole refined mesh in a vertex buffer
+    Static,
+    /// Hardware tessellation
+    Hardware,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -44,8 +63,26 @@ impl PatternFlags {
         match *self == PatternFlags::default() {
             true => Ok(()),
             false => Err(Failure::input(
-                "--evaluator, --normal-field and --time go with scenes of technique pattern; leave them out",
+                "--evaluator, --normal-field, --time, --method and --grid-pattern go with scenes of technique pattern; leave them out",
             )),
+        }
+    }
+
+    /// The draw method asked for.
+    pub fn method(&self) -> PatternMethod {
+        match self.method {
+            Some(MethodFlag::Draws) => PatternMethod::Draws,
+            Some(MethodFlag::Static) => PatternMethod::Static,
+            Some(MethodFlag::Hardware) => PatternMethod::Hardware,
+            Some(MethodFlag::Instanced) | None => PatternMethod::Instanced,
+        }
+    }
+
+    /// Refuses flags of pictures, for commands that draw none.
+    pub fn refuse_drawing(&self) -> Result<(), Failure> {
+        match self.method.is_none() && !self.grid_pattern {
+            true => Ok(()),
+            false => Err(Failure::input("--method and --grid-pattern go with commands that draw; leave them out")),
         }
     }
 
@@ -96,5 +133,15 @@ pub fn evaluator_name(evaluator: Evaluator) -> &'static str {
         Evaluator::Linear => "linear",
         Evaluator::Pn => "pn",
         Evaluator::St => "st",
+    }
+}
+
+/// The method as the command line calls it.
+pub fn method_name(method: PatternMethod) -> &'static str {
+    match method {
+        PatternMethod::Draws => "draws",
+        PatternMethod::Instanced => "instanced",
+        PatternMethod::Static => "static",
+        PatternMethod::Hardware => "hardware",
     }
 }
