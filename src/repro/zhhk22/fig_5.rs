@@ -27,7 +27,8 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
     }
     sheet.caption(
         "Uniform subdivision makes every face as fine as the finest edit; adaptive refinement only those that an edit or an \
-         irregular vertex asks for. The paper's tulip has 5472 faces of level 3 against 699 patches.",
+         irregular vertex asks for. The paper's tulip has 5472 faces of level 3 against 699 \
+         patches; the level here is that of the finest edit in the file.",
     );
     let columns = ["scene", "level", "global_faces", "patches", "global_over_adaptive"];
     sheet.table("meshes.csv", &columns, rows, "Faces of uniform subdivision and patches of adaptive refinement")

@@ -21,7 +21,7 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
     let mut rows = Vec::new();
     let mut by_level = Vec::new();
     let mut by_patches = Vec::new();
-    for name in ["triangle", "pentagon", "hexagon", "unit/sharp_dart"] {
+    for name in ["triangle", "pentagon", "hexagon", "unit/sharp_three_meet"] {
         let scene = sheet.scene(&format!("{name}.json"))?;
         let words = name.rsplit('/').next().unwrap_or(name).replace('_', " ");
         let (mut levels, mut patches) = (Vec::new(), Vec::new());
@@ -41,7 +41,7 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
     }
     sheet.caption(
         "What is not exact lies in the faces around extraordinary vertices. Each level of --isolate draws them half as large, and \
-         the rest by bicubic patches that are exact: the price of accuracy in patches.",
+         the rest by bicubic patches that are exact: the price of accuracy in patches. Scenes with non-quads are on level 1 in any case.",
     );
     let max = || "maximum, % of sqrt 3".to_owned();
     let plot = Lines { axes: ["--isolate".to_owned(), max()], logarithmic: [false, true], series: by_level };

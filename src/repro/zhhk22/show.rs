@@ -30,11 +30,12 @@ pub fn wire(sheet: &mut Sheet, scene: &str, name: &str, flags: &str, caption: &s
     picture(sheet, scene, name, &format!("--show wire --tess 1 {flags}"), caption)
 }
 
-/// The distance of a scene's picture from the limit, as `NAME.png`, and its cells ([`ERROR_COLUMNS`]).
+/// The distance of a scene's picture from the limit, as `NAME.png`, and its cells ([`ERROR_COLUMNS`]). Segments are a pixel
+/// long: coarser ones are chords whose own error hides that of the patches.
 pub fn error(sheet: &mut Sheet, scene: &str, name: &str, flags: &str, what: &str) -> Result<Vec<String>, ReproError> {
     let file = format!("{name}.png");
     let out = sheet.file(&file);
-    let found = sheet.run(&format!("check {scene} -o {out} --zooms 0 --size 480x480 {flags}"))?;
+    let found = sheet.run(&format!("check {scene} -o {out} --zooms 0 --size 480x480 --pixels 1 {flags}"))?;
     let max = found.pointer("/error/max_percent").and_then(Value::as_f64);
     let max = max.map_or_else(|| "nothing to compare".to_owned(), |x| format!("maximum {x:.3} %"));
     sheet.picture(&file, format!("{what}, distance from the limit × 200: {max}"));
