@@ -48,18 +48,16 @@ fn models(sheet: &mut Sheet, models: &[(&str, Option<String>)], paper: &str) -> 
         let Some(scene) = scene else { continue };
         let words = name.replace('_', " ");
         show::base_mesh(sheet, scene, &format!("{name}_base"), &format!("{words}: M^0"))?;
-        let stats = sheet.run(&format!("stats {scene}"))?;
-        let [total, global] = ["/total", "/global"].map(|key| cell(&stats, key));
-        let caption = format!("{words}: {global} faces of uniform subdivision");
-        show::wire(sheet, scene, &format!("{name}_global"), "--mode global", &caption)?;
-        show::wire(sheet, scene, &format!("{name}_mesh"), "", &format!("{words}: {total} patches"))?;
+        let caption = format!("{words}: uniform subdivision");
+        let whole = show::wire(sheet, scene, &format!("{name}_global"), "--mode global", &caption)?;
+        let global = cell(&whole, "/patches");
+        show::wire(sheet, scene, &format!("{name}_mesh"), "", &format!("{words}: adaptive refinement"))?;
         show::picture(sheet, scene, name, "", &words)?;
         for (way, flags) in [("authors", "--rules authors"), ("gradtess", "")] {
             let what = format!("{words}, rules {way}");
+            let total = cell(&sheet.run(&format!("stats {scene} {flags}"))?, "/total");
             let cells = show::error(sheet, scene, &format!("{name}_error_{way}"), flags, &what)?;
-            rows.push(
-                [words.clone(), way.to_owned(), total.clone(), global.clone()].into_iter().chain(cells).collect(),
-            );
+            rows.push([words.clone(), way.to_owned(), total, global.clone()].into_iter().chain(cells).collect());
         }
     }
     sheet.caption(format!(
@@ -72,6 +70,6 @@ fn models(sheet: &mut Sheet, models: &[(&str, Option<String>)], paper: &str) -> 
         "errors.csv",
         &columns,
         rows,
-        "Distance of the colour from the limit, per cent of sqrt 3; patches of rules gradtess",
+        "Distance of the colour from the limit, per cent of sqrt 3; global: faces of uniform subdivision",
     )
 }
