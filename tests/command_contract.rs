@@ -235,6 +235,21 @@ fn checks_pass_with_0_and_fall_short_with_3() {
 }
 
 #[test]
+fn error_falls_as_patches_are_spent_along_the_isolation_curve() {
+    let hexagon = scene("hexagon.json");
+    let common = ["check", &hexagon, "--zooms", "0", "--size", "64x64", "--isolate-curve", "1"];
+    let ran = done(&[&common[..], &["--json"]].concat());
+    let report: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    let curve = report["isolate_curve"].as_array().unwrap();
+    assert_eq!(curve.len(), 2);
+    let of = |point: usize, field: &str| curve[point][field].as_f64().unwrap();
+    assert!(of(1, "patches") > of(0, "patches") && of(1, "faces") > of(0, "faces"));
+    assert!(of(1, "max_percent") < of(0, "max_percent") && of(1, "shift_pixels") < of(0, "shift_pixels"));
+    assert_eq!(of(0, "max_percent"), report["error"]["max_percent"].as_f64().unwrap());
+    assert!(refused(2, &[&common[..], &["--rules", "authors"]].concat()).contains("--rules gradtess"));
+}
+
+#[test]
 fn errors_and_folds_beyond_their_thresholds_are_3_and_named() {
     let folder = Folder::new("error");
     let (map, hexagon) = (folder.at("map.png"), scene("hexagon.json"));

@@ -10,7 +10,7 @@ use super::pattern::flags::{level as pattern_level, PatternFlags};
 use super::picture::{bounds, PictureFlags};
 use super::surface::flags::SurfaceFlags;
 use super::surface::open::Surface;
-use super::{ferguson, print, print_json, Failure, Global};
+use super::{ferguson, print, print_json, Failure, Global, Refining};
 use crate::check::folds::folds;
 use crate::check::{cracks, error_map};
 use crate::gpu::{Format, Frame, Gpu, Pixels};
@@ -20,7 +20,7 @@ use crate::patch::PatchTable;
 use crate::timing::random::Random;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use report::{FoldReport, Report};
+use report::{CurvePoint, FoldReport, Report};
 use std::path::PathBuf;
 
 /// Arguments of `check`.
@@ -60,6 +60,9 @@ pub struct Check {
     /// Faces that are let pass though they are, or may be, turned over
     #[arg(long, value_name = "N")]
     max_folds: Option<usize>,
+    /// Measure the first view again with irregular faces refined 0 to N levels further: error against patches
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=8))]
+    isolate_curve: Option<u32>,
     #[command(flatten)]
     surface: SurfaceFlags,
     #[command(flatten)]
@@ -153,10 +156,10 @@ impl Check {
 
     /// Cracks of a surface in space.
     fn space(&self, surface: &Surface, global: &Global) -> Result<(), Failure> {
-        let measured = self.max_error.or(self.max_mean).or(self.max_shift).is_some();
+        let measured = self.max_error.or(self.max_mean).or(self.max_shift).is_some() || self.isolate_curve.is_some();
         if measured || self.output.is_some() || self.max_folds.is_some() || self.random_tess {
             return Err(Failure::input(
-                "surfaces in space are checked for cracks; leave out --output, --random-tess and every --max but --max-cracks",
+                "surfaces in space are checked for cracks; leave out --output, --random-tess, --isolate-curve and every --max but --max-cracks",
             ));
         }
         let views = self.zooms.max(1);
@@ -169,10 +172,10 @@ impl Check {
 
     /// Cracks of a mesh whose patches are the surface itself.
     fn sections(&self, mesh: &Ferguson, global: &Global) -> Result<(), Failure> {
-        let measured = self.max_error.or(self.max_mean).or(self.max_shift).is_some();
+        let measured = self.max_error.or(self.max_mean).or(self.max_shift).is_some() || self.isolate_curve.is_some();
         if measured || self.output.is_some() || self.max_folds.is_some() {
             return Err(Failure::input(
-                "patches of technique ferguson are the surface itself; leave out --output and every --max but --max-cracks",
+                "patches of technique ferguson are the surface itself; leave out --output, --isolate-curve and every --max but --max-cracks",
             ));
         }
         self.picture.camera.refuse()?;
@@ -194,6 +197,10 @@ impl Check {
     }
 
     fn subdivision(&self, loaded: &Loaded, global: &Global) -> Result<(), Failure> {
+        if self.isolate_curve.is_some() {
+            // Flags that do not go with it are refused before anything is drawn.
+            loaded.options(&Refining { isolate: 1, ..self.picture.refining.clone() })?;
+        }
         let patched = loaded.patches(&self.picture.refining)?;
         let frame = Frame { format: Format::Rgba32f, ..self.picture.frame(&patched.table, SIZE)? };
         let boundary = cracks::boundary(&patched.table, &loaded.mesh);
@@ -219,6 +226,7 @@ impl Check {
             outline_edges: cracks::outline(&patched.table).len(),
             first_cracks: Vec::new(),
             error: ErrorReport::new(&error, &patched.table),
+            isolate_curve: self.curve(&gpu, loaded, &frame)?,
             folds: FoldReport::new(&folds(&patched.table, zero), &patched.table, zero),
         };
         for (view, tess) in views {
@@ -257,9 +265,29 @@ impl Check {
                 report.scene, report.crack_pixels, report.pixels_inside, report.views
             ));
             print(&report.error.text());
+            print(&report::curve_text(&report.isolate_curve));
             print(&report.folds.text());
         }
         self.judge(&report)
+    }
+
+    /// Error against patches over the levels of `--isolate-curve`; empty without it.
+    fn curve(&self, gpu: &Gpu, loaded: &Loaded, frame: &Frame) -> Result<Vec<CurvePoint>, Failure> {
+        let levels = self.isolate_curve.map_or(0..0, |most| 0..most + 1);
+        levels
+            .map(|isolate| {
+                let patched = loaded.patches(&Refining { isolate, ..self.picture.refining.clone() })?;
+                let error = measure(gpu, loaded, &patched, frame)?;
+                Ok(CurvePoint {
+                    isolate,
+                    patches: patched.table.ranges.iter().map(|r| u64::from(r.count)).sum(),
+                    faces: patched.table.faces.len(),
+                    max_percent: (error.all.pixels > 0).then_some(error.all.max),
+                    mean_percent: (error.all.pixels > 0).then_some(error.all.mean),
+                    shift_pixels: error.shift,
+                })
+            })
+            .collect()
     }
 
     fn judge_cracks(&self, found: usize, first: &[[f64; 2]]) -> Result<(), Failure> {

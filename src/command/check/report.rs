@@ -24,7 +24,46 @@ pub struct Report {
     pub first_cracks: Vec<[f64; 2]>,
     /// Distance from the limit in the first view.
     pub error: ErrorReport,
+    /// Error against patches, by `--isolate-curve`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub isolate_curve: Vec<CurvePoint>,
     pub folds: FoldReport,
+}
+
+/// One point of the curve of error against patches.
+#[derive(Serialize)]
+pub struct CurvePoint {
+    /// Levels by which irregular faces are refined further.
+    pub isolate: u32,
+    /// Patches drawn, every part of a transition face for itself; and faces.
+    pub patches: u64,
+    pub faces: usize,
+    /// Greatest and mean colour distance, per cent of sqrt 3; null of no pixels.
+    pub max_percent: Option<f64>,
+    pub mean_percent: Option<f64>,
+    /// Greatest distance of patch and limit point, pixels.
+    pub shift_pixels: f64,
+}
+
+/// The curve as a table; empty of no points.
+pub fn curve_text(curve: &[CurvePoint]) -> String {
+    if curve.is_empty() {
+        return String::new();
+    }
+    let mut text = "  --isolate  patches    faces   max %     mean %      pixels off\n".to_owned();
+    for point in curve {
+        let number = |x: Option<f64>, digits: usize| x.map_or("NA".to_owned(), |x| format!("{x:.digits$}"));
+        text += &format!(
+            "  {:9}  {:7}  {:7}   {:<7}   {:<9}   {:.4}\n",
+            point.isolate,
+            point.patches,
+            point.faces,
+            number(point.max_percent, 4),
+            number(point.mean_percent, 6),
+            point.shift_pixels
+        );
+    }
+    text
 }
 
 #[derive(Serialize)]
