@@ -11,6 +11,8 @@ mod colour;
 mod dialog;
 mod editor;
 mod files;
+#[cfg(test)]
+mod habits;
 mod keys;
 mod overlay;
 mod panel;
