@@ -395,6 +395,11 @@ fn gradient_meshes_are_measured_against_their_traditional_form() {
                 "rebuild" => assert_eq!(changed, if adaptive { 25.0 } else { 81.0 }),
                 _ => assert!((1.0..=24.0).contains(&changed), "{changed}"),
             }
+            if row["phase"] == "measure" {
+                // 32 points of 32 bytes a patch, and nothing that did not change.
+                let sent = if edits == "rebuild" { number(row, "gpu_bytes") } else { 1024.0 * changed };
+                assert_eq!(number(row, "upload_bytes"), sent, "{edits}");
+            }
             if row["phase"] == "stats" {
                 assert_eq!(number(row, "tcs_patches"), if adaptive { 25.0 } else { 81.0 });
                 let triangles = of(usize::from(!adaptive), "/settings/triangles").as_f64().unwrap();

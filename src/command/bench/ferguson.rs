@@ -152,6 +152,13 @@ impl Source for FergusonSource {
             let update = self.live.update(&self.mesh, &touched);
             self.changed = update.patches.len() as u64;
             fields.cpu_patch_ms = lap();
+            if !update.whole {
+                let points: Vec<u32> = update.control.iter().cloned().flatten().map(|i| i as u32).collect();
+                let sent = gpu.update_points(table, self.live.table(), &points)?;
+                fields.cpu_upload_ms = lap();
+                fields.upload_bytes = Some(sent.bytes);
+                return Ok(());
+            }
             gpu.update(table, self.live.table())?;
         }
         fields.cpu_upload_ms = lap();
