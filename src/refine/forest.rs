@@ -72,6 +72,19 @@ impl Forest {
         self.by_level.get(level as usize).map_or(&[], |v| v)
     }
 
+    /// Whether the face of slot `d` of M^level is marked.
+    fn has(&self, map: &IndexMap, level: u32, d: Slot) -> bool {
+        if level == 0 {
+            return self.level0[map.face(0, d) as usize];
+        }
+        let face = d >> 2;
+        let mut node = Node(self.root[(face >> (2 * (level - 1))) as usize]);
+        for l in 2..=level {
+            node = self.child(node, (face >> (2 * (level - l))) as u32 & 3);
+        }
+        node != Node::NONE
+    }
+
     /// Marks the face of slot `d` of M^level and its ancestors.
     fn mark(&mut self, map: &IndexMap, level: u32, d: Slot) {
         if level == 0 {
@@ -211,8 +224,8 @@ impl Forest {
 /// depends there on colours and is left to the levels. Under [`Rules::Gradtess`] the forest is complete: cascaded
 /// and graded. Time linear in the marks.
 ///
-/// `sharp` are the input's tagged half-edges. `isolate` levels are spent around extraordinary vertices, and as many
-/// beyond [`meetings::LEVELS`] where sharp edges meet.
+/// `sharp` are the input's tagged half-edges. Around extraordinary vertices and meeting sharp edges ([`meetings`])
+/// `isolate` levels more are refined than without.
 pub fn plan(map: &IndexMap, edits: &Edits, sharp: &[u32], rules: Rules, corners: CornerRule, isolate: u32) -> Forest {
     let mut forest = Forest::new(map);
     for m in edits.moves.iter().filter(|m| m.level > 0) {
@@ -224,14 +237,20 @@ pub fn plan(map: &IndexMap, edits: &Edits, sharp: &[u32], rules: Rules, corners:
     mark_polygons(&mut forest, map);
     if rules == Rules::Gradtess {
         let extraordinary = extraordinary0(map, corners);
-        isolate_vertices(&mut forest, map, &extraordinary, isolate);
-        for m in meetings(map, &edits.paints, sharp, corners) {
+        let meetings = meetings(map, &edits.paints, sharp, corners);
+        for m in &meetings {
             // Names of faces below the deepest level would not fit.
-            for l in (0..meetings::LEVELS + isolate).take_while(|l| m.level + l < MAX_LEVEL) {
+            for l in (0..meetings::LEVELS).take_while(|l| m.level + l < MAX_LEVEL) {
                 forest.mark_star(map, m.level + l, m.slot << (2 * l));
             }
         }
         close(&mut forest, map, &extraordinary);
+        if isolate > 0 {
+            let meetings = meetings.iter().map(|m| (m.level, m.slot));
+            let irregular: Vec<_> = irregular_vertices(map, &extraordinary).into_iter().chain(meetings).collect();
+            isolate_vertices(&mut forest, map, &irregular, isolate);
+            close(&mut forest, map, &extraordinary);
+        }
     }
     forest
 }
@@ -338,24 +357,32 @@ fn is_extraordinary(map: &IndexMap, extraordinary: &[bool], mut level: u32, mut 
     input_corner(d)
 }
 
-/// Refines the faces around every extraordinary vertex `depth` times: from level 0 on around the input's own, from
-/// level 1 on around those that faces other than quads bring, which are not drawn before.
-fn isolate_vertices(forest: &mut Forest, map: &IndexMap, extraordinary: &[bool], depth: u32) {
-    if depth == 0 {
-        return;
-    }
+/// The first level at which faces around an extraordinary vertex can be drawn, and a slot that leaves it there: level 0
+/// for the input's own, level 1 for those that faces other than quads bring.
+fn irregular_vertices(map: &IndexMap, extraordinary: &[bool]) -> Vec<(u32, Slot)> {
     let s = u64::from(map.mesh().half_edges());
-    let level = depth - 1;
-    for (h, &e) in extraordinary.iter().enumerate() {
-        if e {
-            forest.mark(map, level, (8 * h as u64) << (2 * level));
-        }
-    }
-    let below = depth.min(MAX_LEVEL - 1);
-    for h in 0..s {
-        if map.face_valence(0, 8 * s + h) != 4 {
-            // The face point's corner in the child of slot 8 S + h, one level down at slot 2.
-            forest.mark(map, below, (4 * (8 * s + h) + 2) << (2 * (below - 1)));
+    let own = (0..s).filter(|&h| extraordinary[h as usize]).map(|h| (0, 8 * h));
+    // The face point's corner in the child of slot 8 S + h, one level down at slot 2.
+    let of_faces = (0..s).filter(|&h| map.face_valence(0, 8 * s + h) != 4).map(|h| (1, 4 * (8 * s + h) + 2));
+    own.chain(of_faces).collect()
+}
+
+/// Refines the faces around each of the vertices `depth` times more than the forest has it.
+fn isolate_vertices(forest: &mut Forest, map: &IndexMap, vertices: &[(u32, Slot)], depth: u32) {
+    let drawn: Vec<u32> = vertices
+        .iter()
+        .map(|&(level, d)| {
+            let mut deepest = level;
+            map.around(level, d, |spoke| {
+                let refined = (level..MAX_LEVEL).take_while(|l| forest.has(map, *l, spoke << (2 * (l - level))));
+                deepest = deepest.max(level + refined.count() as u32);
+            });
+            deepest
+        })
+        .collect();
+    for (&(level, d), drawn) in vertices.iter().zip(drawn) {
+        for l in level..(drawn + depth).min(MAX_LEVEL) {
+            forest.mark_star(map, l, d << (2 * (l - level)));
         }
     }
 }

@@ -36,7 +36,7 @@ pub enum Mode {
     /// Only affected faces are refined (`isolate` 0: as the paper).
     Adaptive {
         /// How many levels more the irregular faces around extraordinary vertices and meeting sharp edges are refined,
-        /// counted from the first level at which they can be drawn; [`Rules::Gradtess`] only.
+        /// counted from the level at which they would be drawn; [`Rules::Gradtess`] only.
         isolate: u32,
     },
     /// Uniform subdivision to a level: the paper's rival, and the way to whole meshes.
