@@ -157,7 +157,7 @@ impl Repro {
     fn origin(&self, gpu: &Gpu) -> Origin {
         let device = gpu.device();
         let commit = env!("GRADTESS_COMMIT").get(..12).map_or(String::new(), |commit| format!(" {commit}"));
-        let changed = if env!("GRADTESS_DIRTY") == "true" { "+" } else { "" };
+        let changed = if env!("GRADTESS_DIRTY").parse() == Ok(true) { "+" } else { "" };
         Origin {
             program: format!("{}{commit}{changed}", env!("CARGO_PKG_VERSION")),
             profile: if cfg!(debug_assertions) { "debug" } else { "release" }.to_owned(),
