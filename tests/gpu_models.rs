@@ -27,7 +27,7 @@ fn with_extension(folder: &Path, extension: &str, found: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     entries.sort();
     for path in entries {
-        if path.is_dir() && !path.ends_with("scenes/ferguson") {
+        if path.is_dir() && !["ferguson", "pattern"].iter().any(|other| path.ends_with(other)) {
             with_extension(&path, extension, found);
         } else if path.extension().is_some_and(|e| e == extension) && !path.ends_with("schema.json") {
             found.push(path);

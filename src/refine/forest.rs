@@ -224,7 +224,7 @@ impl Forest {
 /// depends there on colours and is left to the levels. Under [`Rules::Gradtess`] the forest is complete: cascaded
 /// and graded. Time linear in the marks.
 ///
-/// `sharp` are the input's tagged half-edges. Around extraordinary vertices and meeting sharp edges ([`meetings`])
+/// `sharp` are the input's tagged half-edges. Around extraordinary vertices and meeting sharp edges ([`meetings()`])
 /// `isolate` levels more are refined than without.
 pub fn plan(map: &IndexMap, edits: &Edits, sharp: &[u32], rules: Rules, corners: CornerRule, isolate: u32) -> Forest {
     let mut forest = Forest::new(map);
