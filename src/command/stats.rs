@@ -185,7 +185,7 @@ fn text(r: &Report) -> String {
         out += &row("    rules authors", authors);
         let more = c.total as i64 - authors[4] as i64;
         out += &format!(
-            "    {more:+} patches: neighbours differ by one level at most, colour edits refine only the sectors they can change\n"
+            "    {more:+} patches: neighbours differ by one level at most, colour edits refine only the sectors they can change, sharp edges that meet are refined once more\n"
         );
     }
     out += &format!(

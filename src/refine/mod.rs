@@ -25,7 +25,8 @@ use thiserror::Error;
 pub enum Rules {
     /// The authors' tool to the letter: no grading, whole 3-rings, cascade also around colour corners.
     Authors,
-    /// Graded 2:1, colour edits only in the sectors they can change, cascade around extraordinary vertices.
+    /// Graded 2:1, colour edits only in the sectors they can change, cascade around extraordinary vertices, one
+    /// level more where sharp edges meet.
     #[default]
     Gradtess,
 }
