@@ -7,6 +7,7 @@ use crate::patch::build::build;
 use crate::patch::points::Irregular;
 use crate::refine::Options;
 use crate::subdiv::index_map::IndexMap;
+use crate::vector::layers::components;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -62,7 +63,10 @@ impl Convert {
             Some("json") => Ok(loaded.scene.save(&self.output).map(|()| Vec::new())?),
             Some("obj") => Ok(loaded.scene.save_authors(&self.output)?),
             Some("svg") => drawing(&table(&loaded)?, None, &self.output, global),
-            Some("pdf") => page(&table(&loaded)?, &loaded.scene.name, &self.output, global),
+            Some("pdf") => {
+                let table = table(&loaded)?;
+                page(&table, &components(&table), &loaded.scene.name, &self.output, global)
+            }
             _ => {
                 let what = self.output.display();
                 Err(Failure::input(format_args!("{what}: unknown format; name the file *.json, *.obj, *.svg or *.pdf")))

@@ -26,6 +26,8 @@ pub struct Cell {
 pub struct Cells {
     /// The cells, patch by patch.
     pub all: Vec<Cell>,
+    /// How many cells each patch has.
+    pub counts: Vec<u32>,
     /// Greatest error of a colour channel, 0 to 1.
     pub error: f64,
     /// True: the error is a bound, from the hull of the Bezier points. False: it was sampled, where colours are of another
@@ -56,6 +58,7 @@ pub fn cells(patches: &[Bicubic], colour: Interpolation, tolerance: f64) -> Cell
     level(patches, &mut depths);
     let mut out = Cells { proved: true, ..Cells::default() };
     for (patch, depth) in patches.iter().zip(depths) {
+        out.counts.push(1 << (depth[0] + depth[1]));
         for piece in grid(patch, depth) {
             let bent = Bent::of(&piece, colour);
             out.error = out.error.max(bent.error);

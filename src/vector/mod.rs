@@ -1,6 +1,7 @@
 //! Pictures as patches for other programs: bicubics with bilinear colours, which is what PDF knows.
 
 pub mod cells;
+pub mod layers;
 pub mod pdf;
 
 use crate::patch::build::face_control;

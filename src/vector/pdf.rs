@@ -60,22 +60,35 @@ fn stream(cells: &[Cell], place: impl Fn(DVec2) -> DVec2, d: Decode, components:
     out
 }
 
-/// A page that shows the model rectangle `view` (x0, y0, x1, y1), its longer side [`LONG_SIDE`] points long. `title` is
-/// what it is called.
+/// A page that shows the model rectangle `view` (x0, y0, x1, y1), its longer side [`LONG_SIDE`] points long. Layers are
+/// painted one over another ([`super::layers`]); one that is translucent somewhere has a mask. `title` is what the page is
+/// called.
 ///
 /// # Errors
 /// [`VectorError::Empty`].
-pub fn page(cells: &[Cell], [x0, y0, x1, y1]: [f64; 4], title: &str) -> Result<Vec<u8>, VectorError> {
+pub fn page(layers: &[Vec<Cell>], [x0, y0, x1, y1]: [f64; 4], title: &str) -> Result<Vec<u8>, VectorError> {
     let (width, height) = (x1 - x0, y1 - y0);
     let scale = LONG_SIDE / width.max(height);
-    if cells.is_empty() || !scale.is_finite() || width <= 0.0 || height <= 0.0 {
+    if layers.iter().all(Vec::is_empty) || !scale.is_finite() || width <= 0.0 || height <= 0.0 {
         return Err(VectorError::Empty);
     }
     let place = |p: DVec2| (p - DVec2::new(x0, y0)) * scale;
-    let d = decode_of(cells, place);
-    let [catalog, pages, page, content, shading, grey, mask, state, info] = [1, 2, 3, 4, 5, 6, 7, 8, 9].map(Ref::new);
+    let mut next = 0;
+    let mut reference = || {
+        next += 1;
+        Ref::new(next)
+    };
+    let [catalog, pages, page, content, info] = std::array::from_fn(|_| reference());
     let media = Rect::new(0.0, 0.0, (width * scale) as f32, (height * scale) as f32);
-    let translucent = cells.iter().flat_map(|c| c.colours).any(|c| c.w < 1.0);
+    let sheets: Vec<Sheet> = layers
+        .iter()
+        .filter(|cells| !cells.is_empty())
+        .map(|cells| Sheet {
+            cells,
+            shading: reference(),
+            mask: cells.iter().flat_map(|c| c.colours).any(|c| c.w < 1.0).then(|| std::array::from_fn(|_| reference())),
+        })
+        .collect();
 
     let mut pdf = Pdf::new();
     pdf.document_info(info)
@@ -83,33 +96,63 @@ pub fn page(cells: &[Cell], [x0, y0, x1, y1]: [f64; 4], title: &str) -> Result<V
         .producer(pdf_writer::TextStr(concat!("gradtess ", env!("CARGO_PKG_VERSION"))));
     pdf.catalog(catalog).pages(pages);
     pdf.pages(pages).kids([page]).count(1);
-    let mut sheet = pdf.page(page);
-    sheet.media_box(media).parent(pages).contents(content);
-    let mut resources = sheet.resources();
-    resources.shadings().pair(Name(b"S"), shading);
-    if translucent {
-        resources.ext_g_states().pair(Name(b"M"), state);
+    let named = |letter: char, i: usize| format!("{letter}{i}").into_bytes();
+    let mut leaf = pdf.page(page);
+    leaf.media_box(media).parent(pages).contents(content);
+    let mut resources = leaf.resources();
+    let mut shadings = resources.shadings();
+    for (i, sheet) in sheets.iter().enumerate() {
+        shadings.pair(Name(&named('S', i)), sheet.shading);
+    }
+    shadings.finish();
+    if sheets.iter().any(|sheet| sheet.mask.is_some()) {
+        let mut states = resources.ext_g_states();
+        for (i, sheet) in sheets.iter().enumerate() {
+            if let Some([_, _, state]) = sheet.mask {
+                states.pair(Name(&named('M', i)), state);
+            }
+        }
+        states.finish();
     }
     resources.finish();
-    sheet.finish();
+    leaf.finish();
 
     let mut drawing = Content::new();
-    if translucent {
-        drawing.set_parameters(Name(b"M"));
+    for (i, sheet) in sheets.iter().enumerate() {
+        drawing.save_state();
+        if sheet.mask.is_some() {
+            drawing.set_parameters(Name(&named('M', i)));
+        }
+        drawing.shading(Name(&named('S', i)));
+        drawing.restore_state();
     }
-    drawing.shading(Name(b"S"));
     pdf.stream(content, &drawing.finish());
+    for sheet in &sheets {
+        sheet.write(&mut pdf, place, media);
+    }
+    Ok(pdf.finish())
+}
 
-    let range = |n: usize| d.into_iter().chain([0.0, 1.0].into_iter().cycle().take(2 * n));
-    let colours = stream(cells, place, d, 0..3);
-    let mut colour = pdf.stream_shading(shading, &colours);
-    colour.shading_type(StreamShadingType::TensorProductPatch);
-    colour.color_space().device_rgb();
-    colour.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(3));
-    colour.finish();
+/// A layer and the objects that it becomes.
+struct Sheet<'a> {
+    cells: &'a [Cell],
+    shading: Ref,
+    /// Shading of the alphas, the form that draws it, and the graphics state that it masks.
+    mask: Option<[Ref; 3]>,
+}
 
-    if translucent {
-        let alphas = stream(cells, place, d, 3..4);
+impl Sheet<'_> {
+    fn write(&self, pdf: &mut Pdf, place: impl Fn(DVec2) -> DVec2 + Copy, media: Rect) {
+        let d = decode_of(self.cells, place);
+        let range = |n: usize| d.into_iter().chain([0.0, 1.0].into_iter().cycle().take(2 * n));
+        let colours = stream(self.cells, place, d, 0..3);
+        let mut colour = pdf.stream_shading(self.shading, &colours);
+        colour.shading_type(StreamShadingType::TensorProductPatch);
+        colour.color_space().device_rgb();
+        colour.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(3));
+        colour.finish();
+        let Some([grey, form, state]) = self.mask else { return };
+        let alphas = stream(self.cells, place, d, 3..4);
         let mut alpha = pdf.stream_shading(grey, &alphas);
         alpha.shading_type(StreamShadingType::TensorProductPatch);
         alpha.color_space().device_gray();
@@ -118,16 +161,15 @@ pub fn page(cells: &[Cell], [x0, y0, x1, y1]: [f64; 4], title: &str) -> Result<V
         let mut drawing = Content::new();
         drawing.shading(Name(b"G"));
         let drawn = drawing.finish();
-        let mut form = pdf.form_xobject(mask, &drawn);
-        form.bbox(media);
-        form.resources().shadings().pair(Name(b"G"), grey);
-        form.group().transparency().color_space().device_gray();
-        form.finish();
+        let mut group = pdf.form_xobject(form, &drawn);
+        group.bbox(media);
+        group.resources().shadings().pair(Name(b"G"), grey);
+        group.group().transparency().color_space().device_gray();
+        group.finish();
         let mut graphics = pdf.ext_graphics(state);
-        graphics.soft_mask().subtype(MaskType::Luminosity).group(mask);
+        graphics.soft_mask().subtype(MaskType::Luminosity).group(form);
         graphics.finish();
     }
-    Ok(pdf.finish())
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::gpu::{Format, Frame, Gpu, Show};
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use crate::scene::{svg, write_atomically};
-use crate::vector::{bicubics, cells, folded, pdf, Conversion, VectorError};
+use crate::vector::{bicubics, cells, folded, layers, pdf, Conversion, VectorError};
 use std::path::Path;
 
 /// Error of bilinear colours that exports stay within.
@@ -31,7 +31,12 @@ pub fn run(ferguson: &Ferguson, output: &Path, global: &Global) -> Result<Vec<St
             Ok(Vec::new())
         }
         Some("svg") => drawing(&crate::ferguson::table::table(mesh, &Default::default()), Some(mesh), output, global),
-        Some("pdf") => page(&crate::ferguson::table::table(mesh, &Default::default()), &mesh.name, output, global),
+        Some("pdf") => {
+            let table = crate::ferguson::table::table(mesh, &Default::default());
+            let of = mesh.component();
+            let component: Vec<u32> = table.faces.iter().map(|face| of[face.name as usize]).collect();
+            page(&table, &component, &mesh.name, output, global)
+        }
         _ => Err(Failure::input(format_args!(
             "{}: unknown format; name the file *.json, *.svg or *.pdf",
             output.display()
@@ -48,15 +53,21 @@ fn converted(conversion: Conversion) -> Option<String> {
     })
 }
 
-/// A PDF page of any table.
-pub fn page(table: &PatchTable, title: &str, output: &Path, global: &Global) -> Result<Vec<String>, Failure> {
+/// A PDF page of any table, whose patches belong to these components.
+pub fn page(
+    table: &PatchTable,
+    component: &[u32],
+    title: &str,
+    output: &Path,
+    global: &Global,
+) -> Result<Vec<String>, Failure> {
     let (patches, conversion) = bicubics(table);
     if let Some(fold) = folded(&patches) {
         return Err(fold.into());
     }
     let cells = cells::cells(&patches, table.colour, TOLERANCE);
     let view = bounds(table).ok_or(VectorError::Empty)?;
-    write_atomically(output, &pdf::page(&cells.all, view, title)?)?;
+    write_atomically(output, &pdf::page(&layers::layers(&cells, component), view, title)?)?;
     if !global.quiet && !global.json {
         crate::command::print(&format!(
             "{}: {} patches in {} cells, colours {} {:.3}/255 of the scene's\n",
