@@ -24,8 +24,7 @@ mod shell;
 mod timing;
 mod view;
 
-use crate::edit::journal;
-use crate::gpu::{Gpu, GpuError, GpuOptions, SharedAllocator};
+use crate::gpu::{CloseButton, Gpu, GpuError, GpuOptions, SharedAllocator};
 pub use editor::Dragged;
 use editor::Editor;
 use egui_ash::{AppCreator, AshRenderState, CreationContext, RunOption};
@@ -54,8 +53,6 @@ pub struct Launch {
     pub screenshots: PathBuf,
     /// File for a recording.
     pub record: Option<PathBuf>,
-    /// Journal to go on with, asking what becomes of it.
-    pub resume: Option<PathBuf>,
     /// Width and height of the window, points.
     pub size: [f32; 2],
     /// The device.
@@ -114,24 +111,16 @@ impl AppCreator<SharedAllocator> for Creator {
         begin(&mut editor, &self.launch);
         let (replay, record) = self.parts.borrow_mut().take().unwrap_or_default();
         let scale = cc.main_window.scale_factor() as f32;
-        // The carrier counts in pixels of its own.
-        let shell = Shell::new(editor, replay, record, cc.exit_signal, Rc::clone(&self.end), scale);
+        // egui-ash takes the zoom for the whole scale, so the carrier's stays 1; Ctrl and + are for the editor's own.
+        cc.context.options_mut(|o| o.zoom_with_keyboard = false);
+        let close = CloseButton::take(cc.main_window);
+        let shell = Shell::new(editor, replay, record, cc.exit_signal, Rc::clone(&self.end), close, scale);
         (Watched { shell, messages: Rc::clone(&self.messages) }, state)
     }
 }
 
 /// Opens what was asked for.
 fn begin(editor: &mut Editor, launch: &Launch) {
-    if let Some(path) = &launch.resume {
-        match journal::restore(path) {
-            Ok(restored) => {
-                editor.resume(restored);
-                editor.ask_first(dialog::Then::Quit);
-            }
-            Err(e) => editor.fail(e),
-        }
-        return;
-    }
     match &launch.scene {
         Some(scene) => editor.open(scene),
         None => editor.offer_left_behind(None),

@@ -4,10 +4,11 @@
 //! out. The editor's own widgets run in a context of their own, so that a script can be their mouse, keyboard and clock
 //! while nothing else changes: same queue, same frames, same picture.
 
+use super::dialog::Then;
 use super::editor::{Dragged, Editor};
 use super::script::{self, Action, Keyboard, Timed};
 use super::timing;
-use crate::gpu::{GpuError, Outcome};
+use crate::gpu::{CloseButton, GpuError, Outcome};
 use egui::{ClippedPrimitive, Context, RawInput, TextureId};
 use egui_ash::{event, winit, EguiCommand, ExitSignal, HandleRedraw};
 use serde::Serialize;
@@ -128,6 +129,7 @@ pub struct Shell {
     exit: ExitSignal,
     end: Rc<RefCell<End>>,
     ending: bool,
+    close: Option<CloseButton>,
     native_scale: f32,
     edited: Option<Edited>,
     edits: Vec<[f64; STAGES.len()]>,
@@ -156,6 +158,7 @@ impl Shell {
         record: Option<Record>,
         exit: ExitSignal,
         end: Rc<RefCell<End>>,
+        close: Option<CloseButton>,
         native_scale: f32,
     ) -> Shell {
         let inner = Context::default();
@@ -179,6 +182,7 @@ impl Shell {
             exit,
             end,
             ending: false,
+            close,
             native_scale,
             edited: None,
             edits: Vec::new(),
@@ -359,7 +363,7 @@ impl Shell {
                 replay.wait_until = Some(Instant::now() + Duration::from_millis(100));
             }
             Action::Suspend(on) => self.suspend(on),
-            Action::Close(_) => self.closed_by_window(),
+            Action::Close(_) => self.editor.ask_first(Then::Quit),
             _ => {}
         }
     }
@@ -370,7 +374,25 @@ impl Shell {
         }
     }
 
-    /// The window's close button: nothing that is not saved is lost with it.
+    /// The window's close button: a question, where something is not saved.
+    fn close_button(&mut self) {
+        if !self.close.as_ref().is_some_and(CloseButton::pressed) {
+            return;
+        }
+        let at = self.begun.elapsed().as_secs_f64();
+        if let Some(record) = &mut self.record {
+            let _ = record.file.write_all(script::line(at, &Action::Close(true)).as_bytes());
+        }
+        // Nobody answers a script's questions.
+        if self.replay.as_ref().is_some_and(|r| r.ends) {
+            self.closed_by_window();
+        } else {
+            self.editor.ask_first(Then::Quit);
+            (self.repaint, self.idle_since) = (true, Instant::now());
+        }
+    }
+
+    /// The window goes whatever the editor wants: nothing that is not saved is lost with it.
     fn closed_by_window(&mut self) {
         let report = self.report();
         let journal = self.editor.close(false);
@@ -511,7 +533,8 @@ impl egui_ash::App for Shell {
         }
         self.set_title(outer);
         // Meshes go out as they are, one layer, in order.
-        let painter = outer.layer_painter(egui::LayerId::background());
+        // Not the layer's own painter: that one clips at the window's size in points, and these are pixels.
+        let painter = egui::Painter::new(outer.clone(), egui::LayerId::background(), egui::Rect::EVERYTHING);
         let (mut vertices, mut indices) = (0, 0);
         for primitive in &self.painted {
             if let egui::epaint::Primitive::Mesh(mesh) = &primitive.primitive {
@@ -552,6 +575,7 @@ impl egui_ash::App for Shell {
                 end.journal = end.journal.take().or(journal);
             }
             event::Event::AppEvent { event: event::AppEvent::NewEvents(_) } => {
+                self.close_button();
                 self.present();
                 self.rest();
             }

@@ -37,9 +37,6 @@ pub struct Edit {
     /// Show the window through a surface format that converts to sRGB, as on devices that have no other
     #[arg(long, hide = true)]
     srgb_surface: bool,
-    /// Journal of a session whose window was closed over unsaved work
-    #[arg(long, hide = true)]
-    resume: Option<PathBuf>,
 }
 
 impl Edit {
@@ -59,7 +56,6 @@ impl Edit {
             stay: self.stay,
             screenshots: self.screenshots.clone(),
             record: self.record.clone(),
-            resume: self.resume.clone(),
             size: self.size.map(|x| x as f32),
             gpu: global.gpu(),
             converting: self.srgb_surface,
@@ -74,38 +70,12 @@ impl Edit {
             super::print_json(report)?;
         }
         match ended.journal {
-            // A script has its end; only a person can be asked.
-            Some(journal) if self.script.is_none() || self.stay => Err(self.ask_again(global, &journal)),
+            // The window system took the window away before anybody could be asked. A script has its end.
+            Some(journal) if self.script.is_none() || self.stay => Err(Failure::machine(format_args!(
+                "{}: the unsaved work is in this journal; open the scene to restore it",
+                journal.display()
+            ))),
             _ => Ok(()),
         }
-    }
-
-    /// The window's close button ends egui-ash's event loop before anybody can be asked, and a process has one such
-    /// loop. So the question is asked by this program run anew, with the session's journal.
-    #[cfg(unix)]
-    fn ask_again(&self, global: &Global, journal: &std::path::Path) -> Failure {
-        use std::os::unix::process::CommandExt;
-        let program = std::env::current_exe().unwrap_or_else(|_| "gradtess".into());
-        let mut command = std::process::Command::new(program);
-        command.arg("edit").arg("--resume").arg(journal);
-        if let Some(device) = &global.device {
-            command.arg("--device").arg(device);
-        }
-        if global.validate {
-            command.arg("--validate");
-        }
-        let e = command.exec();
-        Failure::machine(format_args!(
-            "{}: the unsaved work is in this journal ({e}); open the scene to restore it",
-            journal.display()
-        ))
-    }
-
-    #[cfg(not(unix))]
-    fn ask_again(&self, _: &Global, journal: &std::path::Path) -> Failure {
-        Failure::machine(format_args!(
-            "{}: the unsaved work is in this journal; open the scene to restore it",
-            journal.display()
-        ))
     }
 }

@@ -15,10 +15,12 @@
 
 mod calibrate;
 mod canary;
+mod close_button;
 mod context;
 mod device;
 mod draw;
 mod error;
+mod hand_over;
 mod instance;
 mod layout;
 mod memory;
@@ -30,12 +32,15 @@ mod readback;
 mod shader;
 mod show;
 mod solid;
+mod surface_format;
+mod swapchain;
 mod table;
 mod target;
 mod window;
 
 pub use calibrate::Calibration;
 pub use canary::{Canary, CANARIES};
+pub use close_button::CloseButton;
 pub use context::SharedAllocator;
 pub use device::{DeviceInfo, Limits};
 pub use draw::{Canvas, Format, Frame, FrameTimes, Pixels, PreparedFrame, Rendered};
