@@ -92,6 +92,29 @@ impl Buffer {
         mapped.and_then(|slice| slice.get(..self.size as usize)).ok_or_else(|| self.not_mapped())
     }
 
+    /// Makes what `stage` wrote by `access` visible to the host. Outside a render pass.
+    pub fn record_to_host(&self, commands: vk::CommandBuffer, stage: vk::PipelineStageFlags, access: vk::AccessFlags) {
+        let barrier = vk::BufferMemoryBarrier::builder()
+            .src_access_mask(access)
+            .dst_access_mask(vk::AccessFlags::HOST_READ)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .buffer(self.handle)
+            .size(vk::WHOLE_SIZE);
+        // SAFETY: recording, outside a render pass; the buffer outlives the submission.
+        unsafe {
+            self.context.device.cmd_pipeline_barrier(
+                commands,
+                stage,
+                vk::PipelineStageFlags::HOST,
+                vk::DependencyFlags::empty(),
+                &[],
+                &[barrier.build()],
+                &[],
+            );
+        }
+    }
+
     fn not_mapped(&self) -> GpuError {
         GpuError::Memory { object: self.name.clone(), what: "not visible to the host, or too small".to_owned() }
     }

@@ -3,8 +3,9 @@
 
 use super::context::Context;
 use super::error::{GpuError, Named};
+use super::graphics::Recipe;
 use super::layout::Push;
-use super::shader::{self, Module};
+use super::shader;
 use super::target::{PassKey, Passes};
 use crate::patch::transition::{EXTRA_POINTS, PARTS};
 use crate::patch::{DrawRange, Kind};
@@ -128,87 +129,31 @@ impl Pipelines {
         let name = key.name();
         let evaluation =
             if fill == Fill::Readback { shader::readback(kind, shape) } else { shader::evaluation(kind, shape) };
-        let mut modules = vec![
-            (vk::ShaderStageFlags::VERTEX, Module::new(&self.context, &shader::VERTEX)?),
-            (vk::ShaderStageFlags::TESSELLATION_CONTROL, Module::new(&self.context, &shader::control(kind, shape))?),
-            (vk::ShaderStageFlags::TESSELLATION_EVALUATION, Module::new(&self.context, &evaluation)?),
+        let mut stages = vec![
+            (vk::ShaderStageFlags::VERTEX, shader::VERTEX),
+            (vk::ShaderStageFlags::TESSELLATION_CONTROL, shader::control(kind, shape)),
+            (vk::ShaderStageFlags::TESSELLATION_EVALUATION, evaluation),
         ];
         if fill != Fill::Readback {
-            modules.push((vk::ShaderStageFlags::FRAGMENT, Module::new(&self.context, &shader::FRAGMENT)?));
+            stages.push((vk::ShaderStageFlags::FRAGMENT, shader::FRAGMENT));
         }
-        let stages: Vec<vk::PipelineShaderStageCreateInfo> = modules
-            .iter()
-            .map(|(stage, module)| {
-                vk::PipelineShaderStageCreateInfo::builder().stage(*stage).module(module.handle).name(c"main").build()
-            })
-            .collect();
-
-        let bindings = [vk::VertexInputBindingDescription {
-            binding: 0,
-            stride: size_of::<[f32; 8]>() as u32,
-            input_rate: vk::VertexInputRate::VERTEX,
-        }];
-        let attributes = [0, 1].map(|i| vk::VertexInputAttributeDescription {
-            location: i,
-            binding: 0,
-            format: vk::Format::R32G32B32A32_SFLOAT,
-            offset: 16 * i,
-        });
-        let vertex_input = vk::PipelineVertexInputStateCreateInfo::builder()
-            .vertex_binding_descriptions(&bindings)
-            .vertex_attribute_descriptions(&attributes);
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::builder().topology(vk::PrimitiveTopology::PATCH_LIST);
         let extra = if shape == Shape::Whole { 0 } else { EXTRA_POINTS };
-        let tessellation =
-            vk::PipelineTessellationStateCreateInfo::builder().patch_control_points((kind.points() + extra) as u32);
-        let viewport = vk::PipelineViewportStateCreateInfo::builder().viewport_count(1).scissor_count(1);
-        let raster = vk::PipelineRasterizationStateCreateInfo::builder()
-            .rasterizer_discard_enable(fill == Fill::Readback)
-            .polygon_mode(if fill == Fill::Wire { vk::PolygonMode::LINE } else { vk::PolygonMode::FILL })
-            .cull_mode(vk::CullModeFlags::NONE)
-            .line_width(1.0);
-        let multisample = vk::PipelineMultisampleStateCreateInfo::builder().rasterization_samples(pass.samples());
-        // Premultiplied colours, later over earlier.
-        let attachments = [vk::PipelineColorBlendAttachmentState::builder()
-            .blend_enable(true)
-            .src_color_blend_factor(vk::BlendFactor::ONE)
-            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-            .color_blend_op(vk::BlendOp::ADD)
-            .src_alpha_blend_factor(vk::BlendFactor::ONE)
-            .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-            .alpha_blend_op(vk::BlendOp::ADD)
-            .color_write_mask(vk::ColorComponentFlags::RGBA)
-            .build()];
-        let blend = vk::PipelineColorBlendStateCreateInfo::builder().attachments(&attachments);
-        let depth = vk::PipelineDepthStencilStateCreateInfo::builder()
-            .depth_test_enable(pass.has_depth())
-            .depth_write_enable(pass.has_depth())
-            .depth_compare_op(vk::CompareOp::LESS_OR_EQUAL);
-        let states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
-        let dynamic = vk::PipelineDynamicStateCreateInfo::builder().dynamic_states(&states);
-
-        let mut info = vk::GraphicsPipelineCreateInfo::builder()
-            .stages(&stages)
-            .vertex_input_state(&vertex_input)
-            .input_assembly_state(&assembly)
-            .tessellation_state(&tessellation)
-            .rasterization_state(&raster)
-            .layout(self.layout)
-            .render_pass(self.passes.get(pass)?);
-        if fill != Fill::Readback {
-            info = info
-                .viewport_state(&viewport)
-                .multisample_state(&multisample)
-                .color_blend_state(&blend)
-                .depth_stencil_state(&depth)
-                .dynamic_state(&dynamic);
-        }
-        // SAFETY: every pointer in `info` lives until the call returns; the features used were found on the device.
-        let made =
-            unsafe { self.context.device.create_graphics_pipelines(vk::PipelineCache::null(), &[info.build()], None) };
-        let pipeline = made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", &name)?[0];
-        self.context.name(pipeline, &name);
-        Ok(pipeline)
+        let recipe = Recipe {
+            name: &name,
+            stages,
+            constants: &[],
+            stride: size_of::<[f32; 8]>() as u32,
+            formats: &[vk::Format::R32G32B32A32_SFLOAT; 2],
+            topology: vk::PrimitiveTopology::PATCH_LIST,
+            patch_points: (kind.points() + extra) as u32,
+            wire: fill == Fill::Wire,
+            behind: false,
+            blended: true,
+            discard: fill == Fill::Readback,
+            layout: self.layout,
+            pass,
+        };
+        recipe.make(&self.context, &self.passes)
     }
 
     fn lacks(&self, missing: &str) -> GpuError {

@@ -198,23 +198,9 @@ fn record(
             }
         }
         device.cmd_end_render_pass(commands);
-        let barrier = vk::BufferMemoryBarrier::builder()
-            .src_access_mask(vk::AccessFlags::SHADER_WRITE)
-            .dst_access_mask(vk::AccessFlags::HOST_READ)
-            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .buffer(records.handle)
-            .size(vk::WHOLE_SIZE);
-        device.cmd_pipeline_barrier(
-            commands,
-            vk::PipelineStageFlags::TESSELLATION_EVALUATION_SHADER,
-            vk::PipelineStageFlags::HOST,
-            vk::DependencyFlags::empty(),
-            &[],
-            &[barrier.build()],
-            &[],
-        );
     }
+    let stage = vk::PipelineStageFlags::TESSELLATION_EVALUATION_SHADER;
+    records.record_to_host(commands, stage, vk::AccessFlags::SHADER_WRITE);
     context.end_label(commands);
 }
 

@@ -1,17 +1,18 @@
 //! Draws scenes in space: triangles and lines with a depth buffer, coloured pixel by pixel.
 
-use super::context::{Commands, Context};
-use super::draw::{to_byte, FrameTimes, Pixels};
+use super::context::Context;
+use super::depth_frame::DepthFrame;
+use super::draw::{FrameTimes, Pixels};
 use super::error::{GpuError, Named};
+use super::graphics::Recipe;
 use super::memory::{bytes_of, Buffer, Plain};
-use super::query::{Scope, Statistics, StatisticsQuery, Timestamps};
-use super::shader::{self, Module};
-use super::target::{PassKey, Passes, Target};
+use super::query::Statistics;
+use super::shader;
+use super::target::Passes;
 use crate::camera::{Camera, Projection};
 use crate::patch::solid::{Primitive, SolidTable};
 use ash::vk;
 use glam::{DMat4, DVec3};
-use gpu_allocator::MemoryLocation;
 use std::rc::Rc;
 
 /// What a picture of a surface in space shows.
@@ -159,12 +160,10 @@ struct Step {
 pub struct PreparedSolid {
     context: Rc<Context>,
     frame: SolidFrame,
-    pass: PassKey,
-    target: Target,
-    commands: Commands,
-    timestamps: Option<Timestamps>,
+    shared: DepthFrame,
     push: SolidPush,
-    buffers: Option<[Buffer; 2]>,
+    // Vertices and indices; none of an empty table.
+    buffers: Vec<Buffer>,
     steps: Vec<Step>,
     pipelines: Vec<(Primitive, vk::Pipeline)>,
     layout: vk::PipelineLayout,
@@ -178,17 +177,20 @@ impl PreparedSolid {
         frame: &SolidFrame,
     ) -> Result<PreparedSolid, GpuError> {
         check(context, table, frame)?;
-        let pass = PassKey::Depth { format: format(frame), samples: frame.samples };
         let llvmpipe = context.info.name.contains("llvmpipe");
         let mut made = PreparedSolid {
-            target: Target::new(context, passes, pass, [frame.width, frame.height])?,
-            commands: Commands::new(context, "solid frame")?,
-            timestamps: Timestamps::new(context, vec![Scope::Frame])?,
+            shared: DepthFrame::new(
+                context,
+                passes,
+                "solid frame",
+                [frame.width, frame.height],
+                frame.samples,
+                frame.background,
+            )?,
             push: SolidPush::new(frame, table),
             context: Rc::clone(context),
             frame: frame.clone(),
-            pass,
-            buffers: None,
+            buffers: Vec::new(),
             steps: Vec::new(),
             pipelines: Vec::new(),
             layout: vk::PipelineLayout::null(),
@@ -211,37 +213,13 @@ impl PreparedSolid {
             };
             made.steps.push(Step { pipeline, first: part.first, count: part.count * points, most });
         }
-        made.upload(table)?;
-        Ok(made)
-    }
-
-    fn upload(&mut self, table: &SolidTable) -> Result<(), GpuError> {
-        if table.vertices.is_empty() || table.indices.is_empty() {
-            return Ok(());
+        if !table.vertices.is_empty() && !table.indices.is_empty() {
+            made.buffers = made.shared.upload(&[
+                ("solid vertices", bytes_of(&table.vertices), vk::BufferUsageFlags::VERTEX_BUFFER),
+                ("solid indices", bytes_of(&table.indices), vk::BufferUsageFlags::INDEX_BUFFER),
+            ])?;
         }
-        let context = &self.context;
-        let from = [
-            Buffer::staging(context, "solid vertices staging", &table.vertices)?,
-            Buffer::staging(context, "solid indices staging", &table.indices)?,
-        ];
-        let on_device = |name, size, usage| {
-            Buffer::new(context, name, size, usage | vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuOnly)
-        };
-        let to = [
-            on_device("solid vertices", from[0].size, vk::BufferUsageFlags::VERTEX_BUFFER)?,
-            on_device("solid indices", from[1].size, vk::BufferUsageFlags::INDEX_BUFFER)?,
-        ];
-        self.commands.run(|commands| {
-            for (from, to) in from.iter().zip(&to) {
-                let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.size };
-                // SAFETY: recording; both buffers have this size, and no submission uses either.
-                unsafe { context.device.cmd_copy_buffer(commands, from.handle, to.handle, &[region]) };
-            }
-            // The fence that is waited for makes the copies visible to every later submission.
-            Ok(())
-        })?;
-        self.buffers = Some(to);
-        Ok(())
+        Ok(made)
     }
 
     fn pipeline(&mut self, passes: &Passes, primitive: Primitive) -> Result<vk::Pipeline, GpuError> {
@@ -249,83 +227,34 @@ impl PreparedSolid {
             return Ok(*made);
         }
         let name = format!("solid {primitive:?} pipeline");
-        let vertex = if primitive.is_patch() { &shader::VERTEX } else { &shader::SOLID_VERTEX };
-        let mut modules = vec![
-            (vk::ShaderStageFlags::VERTEX, Module::new(&self.context, vertex)?),
-            (vk::ShaderStageFlags::FRAGMENT, Module::new(&self.context, &shader::SOLID_FRAGMENT)?),
-        ];
+        let vertex = if primitive.is_patch() { shader::VERTEX } else { shader::SOLID_VERTEX };
+        let mut stages =
+            vec![(vk::ShaderStageFlags::VERTEX, vertex), (vk::ShaderStageFlags::FRAGMENT, shader::SOLID_FRAGMENT)];
         if let Some([control, evaluation]) = shader::solid(primitive) {
-            modules.push((vk::ShaderStageFlags::TESSELLATION_CONTROL, Module::new(&self.context, &control)?));
-            modules.push((vk::ShaderStageFlags::TESSELLATION_EVALUATION, Module::new(&self.context, &evaluation)?));
+            stages.push((vk::ShaderStageFlags::TESSELLATION_CONTROL, control));
+            stages.push((vk::ShaderStageFlags::TESSELLATION_EVALUATION, evaluation));
         }
-        let stages: Vec<vk::PipelineShaderStageCreateInfo> = modules
-            .iter()
-            .map(|(stage, module)| {
-                vk::PipelineShaderStageCreateInfo::builder().stage(*stage).module(module.handle).name(c"main").build()
-            })
-            .collect();
-        let bindings = [vk::VertexInputBindingDescription {
-            binding: 0,
+        let recipe = Recipe {
+            name: &name,
+            stages,
+            constants: &[],
             stride: size_of::<[f32; 8]>() as u32,
-            input_rate: vk::VertexInputRate::VERTEX,
-        }];
-        let attributes = [0, 1].map(|i| vk::VertexInputAttributeDescription {
-            location: i,
-            binding: 0,
-            format: vk::Format::R32G32B32A32_SFLOAT,
-            offset: 16 * i,
-        });
-        let vertex_input = vk::PipelineVertexInputStateCreateInfo::builder()
-            .vertex_binding_descriptions(&bindings)
-            .vertex_attribute_descriptions(&attributes);
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::builder().topology(match primitive {
-            Primitive::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
-            Primitive::Lines => vk::PrimitiveTopology::LINE_LIST,
-            Primitive::Bicubic | Primitive::Gregory => vk::PrimitiveTopology::PATCH_LIST,
-        });
-        let tessellation =
-            vk::PipelineTessellationStateCreateInfo::builder().patch_control_points(primitive.points() as u32);
-        let viewport = vk::PipelineViewportStateCreateInfo::builder().viewport_count(1).scissor_count(1);
-        // Lines lie in faces: the faces step back a little.
-        let behind = primitive == Primitive::Triangles && self.frame.show == SolidShow::Plain;
-        let raster = vk::PipelineRasterizationStateCreateInfo::builder()
-            .polygon_mode(vk::PolygonMode::FILL)
-            .cull_mode(vk::CullModeFlags::NONE)
-            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
-            .depth_bias_enable(behind)
-            .depth_bias_constant_factor(1.0)
-            .depth_bias_slope_factor(1.0)
-            .line_width(1.0);
-        let multisample = vk::PipelineMultisampleStateCreateInfo::builder().rasterization_samples(self.pass.samples());
-        let attachments =
-            [vk::PipelineColorBlendAttachmentState::builder().color_write_mask(vk::ColorComponentFlags::RGBA).build()];
-        let blend = vk::PipelineColorBlendStateCreateInfo::builder().attachments(&attachments);
-        let depth = vk::PipelineDepthStencilStateCreateInfo::builder()
-            .depth_test_enable(true)
-            .depth_write_enable(true)
-            .depth_compare_op(vk::CompareOp::LESS_OR_EQUAL);
-        let states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
-        let dynamic = vk::PipelineDynamicStateCreateInfo::builder().dynamic_states(&states);
-        let mut info = vk::GraphicsPipelineCreateInfo::builder()
-            .stages(&stages)
-            .vertex_input_state(&vertex_input)
-            .input_assembly_state(&assembly)
-            .viewport_state(&viewport)
-            .rasterization_state(&raster)
-            .multisample_state(&multisample)
-            .color_blend_state(&blend)
-            .depth_stencil_state(&depth)
-            .dynamic_state(&dynamic)
-            .layout(self.layout)
-            .render_pass(passes.get(self.pass)?);
-        if primitive.is_patch() {
-            info = info.tessellation_state(&tessellation);
-        }
-        // SAFETY: every pointer in `info` lives until the call returns.
-        let made =
-            unsafe { self.context.device.create_graphics_pipelines(vk::PipelineCache::null(), &[info.build()], None) };
-        let pipeline = made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", &name)?[0];
-        self.context.name(pipeline, &name);
+            formats: &[vk::Format::R32G32B32A32_SFLOAT; 2],
+            topology: match primitive {
+                Primitive::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
+                Primitive::Lines => vk::PrimitiveTopology::LINE_LIST,
+                Primitive::Bicubic | Primitive::Gregory => vk::PrimitiveTopology::PATCH_LIST,
+            },
+            patch_points: if primitive.is_patch() { primitive.points() as u32 } else { 0 },
+            wire: false,
+            // Lines lie in faces: the faces step back a little.
+            behind: primitive == Primitive::Triangles && self.frame.show == SolidShow::Plain,
+            blended: false,
+            discard: false,
+            layout: self.layout,
+            pass: self.shared.pass,
+        };
+        let pipeline = recipe.make(&self.context, passes)?;
         self.pipelines.push((primitive, pipeline));
         Ok(pipeline)
     }
@@ -341,26 +270,7 @@ impl PreparedSolid {
     /// # Errors
     /// A call failed, or the device was lost.
     pub fn run(&self, read: bool) -> Result<FrameTimes, GpuError> {
-        let submission = self.commands.run(|commands| {
-            if let Some(timestamps) = &self.timestamps {
-                timestamps.record_reset(commands);
-                timestamps.record_begin(commands, 0);
-            }
-            self.record(commands);
-            if let Some(timestamps) = &self.timestamps {
-                timestamps.record_end(commands, 0);
-            }
-            if read {
-                self.target.record_copy(commands);
-            }
-            Ok(())
-        })?;
-        Ok(FrameTimes {
-            gpu: self.timestamps.as_ref().map_or(Ok(super::GpuTimes::default()), Timestamps::read)?,
-            record_ns: submission.record_ns,
-            submit_ns: submission.submit_ns,
-            wait_ns: submission.wait_ns,
-        })
+        self.shared.run(read, |_| (), |commands| self.record(commands))
     }
 
     /// Draws the frame under a pipeline-statistics query, which disturbs timing.
@@ -368,52 +278,27 @@ impl PreparedSolid {
     /// # Errors
     /// [`GpuError::Lacks`] without the feature; or as [`PreparedSolid::run`].
     pub fn statistics(&self) -> Result<Statistics, GpuError> {
-        let query = StatisticsQuery::new(&self.context)?;
-        self.commands.run(|commands| {
-            query.record_begin(commands);
-            self.record(commands);
-            query.record_end(commands);
-            Ok(())
-        })?;
-        query.read()
+        self.shared.statistics(|_| (), |commands| self.record(commands))
     }
 
     fn record(&self, commands: vk::CommandBuffer) {
+        let [vertices, indices] = &self.buffers[..] else { return };
         let device = &self.context.device;
-        let [width, height] = self.target.extent;
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
-        let [r, g, b, a] = self.frame.background.unwrap_or([0.0; 4]);
-        let clear = Target::clear_values(self.pass, [r * a, g * a, b * a, a]);
-        let begin = vk::RenderPassBeginInfo::builder()
-            .render_pass(self.target.pass)
-            .framebuffer(self.target.framebuffer)
-            .render_area(area)
-            .clear_values(&clear);
-        let viewport =
-            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
-        self.context.begin_label(commands, "solid frame");
-        // SAFETY: recording; pass, target, buffers, pipelines and layout belong together (`new`), the indices were
+        // SAFETY: recording, in a render pass; buffers, pipelines and layout belong together (`new`), the indices were
         // checked there, and all of them outlive the submission, which is waited for.
         unsafe {
-            device.cmd_begin_render_pass(commands, &begin, vk::SubpassContents::INLINE);
-            device.cmd_set_viewport(commands, 0, &[viewport]);
-            device.cmd_set_scissor(commands, 0, &[area]);
-            if let Some([vertices, indices]) = &self.buffers {
-                device.cmd_bind_vertex_buffers(commands, 0, &[vertices.handle], &[0]);
-                device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
-                let push = bytes_of(std::slice::from_ref(&self.push));
-                device.cmd_push_constants(commands, self.layout, STAGES, 0, push);
-                for step in &self.steps {
-                    device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, step.pipeline);
-                    for from in (0..step.count).step_by(step.most as usize) {
-                        let count = step.most.min(step.count - from);
-                        device.cmd_draw_indexed(commands, count, 1, step.first + from, 0, 0);
-                    }
+            device.cmd_bind_vertex_buffers(commands, 0, &[vertices.handle], &[0]);
+            device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
+            let push = bytes_of(std::slice::from_ref(&self.push));
+            device.cmd_push_constants(commands, self.layout, STAGES, 0, push);
+            for step in &self.steps {
+                device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, step.pipeline);
+                for from in (0..step.count).step_by(step.most as usize) {
+                    let count = step.most.min(step.count - from);
+                    device.cmd_draw_indexed(commands, count, 1, step.first + from, 0, 0);
                 }
             }
-            device.cmd_end_render_pass(commands);
         }
-        self.context.end_label(commands);
     }
 
     /// The picture of the last `run(true)`, straight alpha, 8 bits.
@@ -421,22 +306,7 @@ impl PreparedSolid {
     /// # Errors
     /// The host cannot see the memory.
     pub fn pixels(&self) -> Result<Pixels, GpuError> {
-        let bytes = self.target.pixels()?;
-        if format(&self.frame) == vk::Format::R8G8B8A8_UNORM {
-            return Ok(Pixels::Rgba8(bytes.to_vec()));
-        }
-        let mut floats: Vec<f32> =
-            bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
-        super::draw::straighten(&mut floats);
-        Ok(Pixels::Rgba8(floats.into_iter().map(to_byte).collect()))
-    }
-}
-
-/// Edges of several samples over a transparent ground are premultiplied: floats keep their colours.
-fn format(frame: &SolidFrame) -> vk::Format {
-    match frame.background {
-        Some([.., a]) if a >= 1.0 => vk::Format::R8G8B8A8_UNORM,
-        _ => vk::Format::R32G32B32A32_SFLOAT,
+        self.shared.pixels()
     }
 }
 

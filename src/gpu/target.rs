@@ -272,13 +272,6 @@ impl Target {
                 layer_count: 1,
             })
             .image_extent(vk::Extent3D { width: self.extent[0], height: self.extent[1], depth: 1 });
-        let barrier = vk::BufferMemoryBarrier::builder()
-            .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
-            .dst_access_mask(vk::AccessFlags::HOST_READ)
-            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .buffer(pixels.handle)
-            .size(vk::WHOLE_SIZE);
         // SAFETY: recording, outside a render pass; buffer and image have the same number of tightly packed pixels.
         unsafe {
             self.context.device.cmd_copy_image_to_buffer(
@@ -288,16 +281,8 @@ impl Target {
                 pixels.handle,
                 &[region.build()],
             );
-            self.context.device.cmd_pipeline_barrier(
-                commands,
-                vk::PipelineStageFlags::TRANSFER,
-                vk::PipelineStageFlags::HOST,
-                vk::DependencyFlags::empty(),
-                &[],
-                &[barrier.build()],
-                &[],
-            );
         }
+        pixels.record_to_host(commands, vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
     }
 
     /// The image that the pass leaves, for shaders to read after [`Target::record_for_sampling`].

@@ -12,6 +12,7 @@ pub mod copies;
 mod error;
 pub mod ferguson;
 mod file;
+mod json_document;
 mod json_position;
 pub mod native;
 pub mod numbering;

@@ -7,8 +7,8 @@ use crate::ferguson::mesh::{Corner, Curve, HalfEdge, Jet, Mesh, Patch, Point, Se
 use crate::ferguson::FergusonError;
 use crate::patch::space::{Space, SPACES};
 use crate::scene::error::{quoted, Fault};
-use crate::scene::json_position::{line_column, place, Step};
-use crate::scene::native::VERSION;
+use crate::scene::json_document::document;
+use crate::scene::json_position::{place, Step};
 use glam::{DVec2, DVec4};
 use std::collections::HashMap;
 use Step::{Index, Key};
@@ -18,21 +18,7 @@ const LARGEST: f64 = 1e9;
 
 /// Reads a whole mesh.
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, Fault> {
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
-        Fault::new(line_column(&valid, valid.len()), "this is not UTF-8", "save the scene as UTF-8")
-    })?;
-    let document: Document = serde_json::from_str(text).map_err(|error| {
-        let message = error.to_string();
-        let what = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
-        let what: String = what.chars().take(300).collect();
-        let fix = match (what.starts_with("unknown field"), error.is_data()) {
-            (true, _) => "correct or remove that key",
-            (_, true) => "see scenes/schema.json for what belongs there",
-            _ => "correct the JSON",
-        };
-        Fault::new((error.line().max(1), error.column().max(1)), what, fix)
-    })?;
+    let (text, document) = document::<Document>(bytes, |d| d.gradtess)?;
     Reader { text, document: &document }.mesh()
 }
 
@@ -48,10 +34,6 @@ impl Reader<'_> {
 
     fn mesh(&self) -> Result<Mesh, Fault> {
         let d = self.document;
-        if d.gradtess != VERSION {
-            let what = format!("scene format version {} is not supported", d.gradtess);
-            return Err(self.fault(&[Key("gradtess")], what, format!("this program reads version {VERSION}")));
-        }
         self.numbers()?;
         let sided = d.patches.iter().filter(|p| p.sides.is_some()).count();
         let mut mesh = match sided {

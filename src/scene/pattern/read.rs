@@ -5,8 +5,8 @@ use super::{complete, fan, height, obj, PatternScene, LEVEL};
 use crate::pattern::displace::{HeightMap, Noise, Sine};
 use crate::pattern::{lattice::MAX_LEVEL, Displacement, Evaluator, NormalField, PatternError, Tag};
 use crate::scene::error::{quoted, Fault};
-use crate::scene::json_position::{element_lines, line_column, place, Step};
-use crate::scene::native::VERSION;
+use crate::scene::json_document::document;
+use crate::scene::json_position::{element_lines, place, Step};
 use crate::scene::{read_bounded, SceneError};
 use glam::{DVec2, DVec3, DVec4};
 use std::path::Path;
@@ -17,8 +17,7 @@ const LARGEST: f64 = 1e9;
 
 /// Reads a whole scene; `folder` is where it stands.
 pub(super) fn read(bytes: &[u8], file: &str, folder: &Path) -> Result<PatternScene, SceneError> {
-    let parsed = document(bytes).map_err(|fault| fault.in_file(file))?;
-    let (text, document) = parsed;
+    let (text, document) = document::<Document>(bytes, |d| d.gradtess).map_err(|fault| fault.in_file(file))?;
     let reader = Reader { text, d: &document };
     let mut scene = PatternScene { name: document.name.clone(), level: LEVEL, ..PatternScene::default() };
     let mut lines = Vec::new();
@@ -46,29 +45,6 @@ pub(super) fn read(bytes: &[u8], file: &str, folder: &Path) -> Result<PatternSce
     rest(&mut scene).map_err(|fault| fault.in_file(file))?;
     scene.displacement = reader.displacement(file, folder)?;
     Ok(scene)
-}
-
-fn document(bytes: &[u8]) -> Result<(&str, Document), Fault> {
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
-        Fault::new(line_column(&valid, valid.len()), "this is not UTF-8", "save the scene as UTF-8")
-    })?;
-    let document: Document = serde_json::from_str(text).map_err(|error| {
-        let message = error.to_string();
-        let what = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
-        let what: String = what.chars().take(300).collect();
-        let fix = match (what.starts_with("unknown field"), error.is_data()) {
-            (true, _) => "correct or remove that key",
-            (_, true) => "see scenes/schema.json for what belongs there",
-            _ => "correct the JSON",
-        };
-        Fault::new((error.line().max(1), error.column().max(1)), what, fix)
-    })?;
-    if document.gradtess != VERSION {
-        let what = format!("scene format version {} is not supported", document.gradtess);
-        return Err(Fault::new(place(text, &[Key("gradtess")]), what, format!("this program reads version {VERSION}")));
-    }
-    Ok((text, document))
 }
 
 struct Reader<'a> {
