@@ -102,6 +102,25 @@ fn transforms_boxes_units_and_templates() {
 }
 
 #[test]
+fn style_sheets_opacities_and_hidden_shapes() {
+    let unstyled = SQUARE.replace("stop-color='red'", "class='first'");
+    assert_ne!(unstyled, SQUARE);
+    let (mesh, notes) = read(&format!(
+        "<style>.first {{ stop-color: #0f08; }} .half, g:hover {{ opacity: 50% }}</style>
+         <style><![CDATA[#b {{ fill: url(#a) !important; fill-opacity: .5 }}]]></style>
+         <meshgradient id='a' gradientUnits='userSpaceOnUse'>{unstyled}</meshgradient>
+         <g class='half'><rect width='1' height='1' fill='url(#a)'/><rect id='b' style='fill:red'/></g>
+         <g display='none'><rect width='1' height='1' fill='url(#a)'/></g>"
+    ));
+    assert_eq!(mesh.live().count(), 2, "the hidden one is not drawn");
+    let half = 136.0 / 255.0 * 0.5;
+    let near = |c: [f64; 4], d: [f64; 4]| (DVec4::from(c) - DVec4::from(d)).abs().max_element() < 1e-12;
+    assert!(near(colours(&mesh, 0)[0], [0.0, 1.0, 0.0, half]), "{:?}", colours(&mesh, 0)[0]);
+    assert!(near(colours(&mesh, 1)[0], [0.0, 1.0, 0.0, half * 0.5]), "{:?}", colours(&mesh, 1)[0]);
+    assert!(notes.iter().any(|note| note.starts_with("1 selector")), "{notes:?}");
+}
+
+#[test]
 fn inner_points_of_inkscape_are_offsets_from_their_corners() {
     let square = SQUARE.replace("<meshpatch>", "<meshpatch tensor='.1,.2 -.3,.4 -.5,-.6 .7,-.8'>");
     let body = format!("<meshgradient gradientUnits='userSpaceOnUse' transform='scale(10)'>{square}</meshgradient>");
@@ -244,6 +263,11 @@ fn spoiled_drawings_are_read_or_refused() {
              </g></svg>"
         ),
         format!("<svg><mesh gradientUnits='userSpaceOnUse'>{twisted}</mesh></svg>"),
+        format!(
+            "<svg><style>@import 'x'; stop.c,#a g .d{{stop-color:red!important;fill:url(#a)}}/*b*/*{{opacity:.5}}</style>\
+             <style><![CDATA[rect{{fill:url(#a);fill-opacity:50%;display:inline}}]]></style><g id='a' class='d c'>\
+             <mesh id='a' gradientUnits='userSpaceOnUse'>{SQUARE}</mesh><rect class='d' width='1' height='2'/></g></svg>"
+        ),
         "<svg><meshGradient><meshRow><meshPatch><stop path='c 1,1 2,1 3,0' stop-color='rgb(1%, 2%, 3%)'/><stop path='L3,3'/>\
          <stop path='C2 3 1 3 0 3' style='stop-color:#abc;stop-opacity:50%'/><stop path='c0,-1 0,-2'/></meshPatch><meshPatch>\
          <stop path='l3 0'/><stop path='l0 3'/><stop path='l'/></meshPatch></meshRow><meshRow><meshPatch><stop path='l0 3'/>\

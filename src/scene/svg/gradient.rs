@@ -1,6 +1,6 @@
 //! Which gradients a drawing has, and where the shapes that they fill put them.
 
-use super::paint::filled_with;
+use super::paint::{filled_with, opacity};
 use super::patches::{self, Grid};
 use super::shape::{bounds, is_shape, transform};
 use super::xml::{shown, Element};
@@ -18,6 +18,19 @@ const MOST: usize = 250_000;
 struct Use<'a> {
     shape: &'a Element,
     map: DAffine2,
+    opacity: f64,
+}
+
+/// What an element hands down to those in it.
+#[derive(Clone, Copy)]
+struct Inherited<'a> {
+    map: DAffine2,
+    /// Where the fill is said.
+    fill: Option<&'a Element>,
+    fill_opacity: f64,
+    /// Of all groups around.
+    opacity: f64,
+    shown: bool,
 }
 
 struct Drawing<'a> {
@@ -30,13 +43,7 @@ fn is_gradient(element: &Element) -> bool {
     matches!(element.name.as_str(), "meshgradient" | "mesh")
 }
 
-fn walk<'a>(
-    text: &str,
-    element: &'a Element,
-    outer: DAffine2,
-    fill: Option<&'a Element>,
-    found: &mut Drawing<'a>,
-) -> Result<(), Fault> {
+fn walk<'a>(text: &str, element: &'a Element, outer: Inherited<'a>, found: &mut Drawing<'a>) -> Result<(), Fault> {
     if is_gradient(element) {
         found.gradients.push(element);
         if let Some(id) = element.get("id") {
@@ -44,26 +51,34 @@ fn walk<'a>(
         }
         return Ok(());
     }
+    let mut own = outer;
     let placed =
         matches!(element.name.as_str(), "g" | "svg" | "a" | "switch" | "defs" | "symbol") || is_shape(&element.name);
-    let map = if placed { outer * transform(text, element, "transform")? } else { outer };
-    // Shapes that others are cut or drawn with are not drawn themselves.
-    if matches!(element.name.as_str(), "clippath" | "mask" | "pattern" | "marker") {
-        return element.children.iter().filter(|e| is_gradient(e)).try_for_each(|e| walk(text, e, map, None, found));
+    if placed {
+        own.map = outer.map * transform(text, element, "transform")?;
+        own.fill_opacity = opacity(text, element, "fill-opacity")?.unwrap_or(outer.fill_opacity);
+        own.opacity *= opacity(text, element, "opacity")?.unwrap_or(1.0);
+        own.shown &= element.property("display") != Some("none");
     }
-    let fill = if element.property("fill").is_some() { Some(element) } else { fill };
-    if is_shape(&element.name) {
-        if let Some(id) = fill.and_then(filled_with) {
-            found.uses.entry(id).or_default().push(Use { shape: element, map });
+    // Shapes that others are cut or drawn with are not drawn themselves.
+    own.shown &= !matches!(element.name.as_str(), "clippath" | "mask" | "pattern" | "marker");
+    if element.property("fill").is_some() {
+        own.fill = Some(element);
+    }
+    if own.shown && is_shape(&element.name) {
+        if let Some(id) = own.fill.and_then(filled_with) {
+            let opacity = own.fill_opacity * own.opacity;
+            found.uses.entry(id).or_default().push(Use { shape: element, map: own.map, opacity });
         }
     }
-    element.children.iter().try_for_each(|child| walk(text, child, map, fill, found))
+    element.children.iter().try_for_each(|child| walk(text, child, own, found))
 }
 
 /// Reads all gradients into one mesh.
 pub(super) fn read(text: &str, root: &Element) -> Result<(Mesh, Vec<String>), Fault> {
     let mut found = Drawing { gradients: Vec::new(), by_name: HashMap::new(), uses: HashMap::new() };
-    walk(text, root, DAffine2::IDENTITY, None, &mut found)?;
+    let nothing = Inherited { map: DAffine2::IDENTITY, fill: None, fill_opacity: 1.0, opacity: 1.0, shown: true };
+    walk(text, root, nothing, &mut found)?;
     if found.gradients.is_empty() {
         let fix = "give a drawing with a <meshgradient>";
         return Err(root.fault(text, "the drawing has no mesh gradient", fix));
@@ -116,20 +131,20 @@ pub(super) fn read(text: &str, root: &Element) -> Result<(Mesh, Vec<String>), Fa
             } else {
                 DAffine2::IDENTITY
             };
-            maps.push(flip * place.map * unit * own);
+            maps.push((flip * place.map * unit * own, place.opacity));
         }
         if maps.is_empty() {
             notes
                 .push(format!("the gradient {} fills no shape and is drawn in its own coordinates", name_of(gradient)));
-            maps.push(flip * own);
+            maps.push((flip * own, 1.0));
         } else if uses.iter().any(|place| place.shape.name != "rect") {
             notes.push(format!(
                 "the gradient {} is drawn whole, not clipped to the shape that it fills",
                 name_of(gradient)
             ));
         }
-        for map in maps {
-            let placed = grid.mapped(map);
+        for (map, opacity) in maps {
+            let placed = grid.mapped(map).fainter(opacity, colour.premultiplied);
             if grids.iter().map(Grid::patches).sum::<usize>() + placed.patches() > MOST {
                 return Err(gradient.fault(
                     text,

@@ -2,7 +2,8 @@
 //!
 //! Rules of the working draft of 2018 (w3c/svgwg, pservers): edges run clockwise, each stop has the edge's path and the
 //! colour of the corner where it begins, what a neighbour has said already is left out. Departures that drawings have are
-//! read too: Inkscape's `tensor` points and `gradientTransform`, closing points left out, colours in `style`.
+//! read too: Inkscape's `tensor` points and `gradientTransform`, closing points left out, colours in `style` attributes and
+//! style sheets.
 //!
 //! SVG's y axis points down and a scene's up, so y changes its sign on the way in and out.
 
@@ -11,6 +12,7 @@ mod outline;
 mod paint;
 mod patches;
 mod shape;
+mod style;
 mod write;
 mod xml;
 
@@ -29,6 +31,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Mesh, Vec<String>), Fault> {
             "save the drawing as UTF-8",
         )
     })?;
-    let root = xml::parse(text)?;
-    gradient::read(text, &root)
+    let mut root = xml::parse(text)?;
+    let note = style::cascade(text, &mut root)?;
+    let (mesh, mut notes) = gradient::read(text, &root)?;
+    notes.extend(note);
+    Ok((mesh, notes))
 }

@@ -15,13 +15,16 @@ pub(super) fn stop_colour(text: &str, stop: &Element) -> Result<DVec4, Fault> {
         },
         Some(value) => colour(value).ok_or_else(|| unknown(text, stop, value))?,
     };
-    let opacity = match stop.property("stop-opacity") {
-        None => 1.0,
-        Some(value) => number_or_percent(value)
-            .filter(|o| o.is_finite())
-            .ok_or_else(|| stop.fault(text, format!("{} is no opacity", shown(value)), "give a number from 0 to 1"))?,
-    };
-    Ok(rgba * DVec4::new(1.0, 1.0, 1.0, opacity.clamp(0.0, 1.0)))
+    let opacity = opacity(text, stop, "stop-opacity")?.unwrap_or(1.0);
+    Ok(rgba * DVec4::new(1.0, 1.0, 1.0, opacity))
+}
+
+/// An opacity that an element states, 0 to 1.
+pub(super) fn opacity(text: &str, element: &Element, name: &str) -> Result<Option<f64>, Fault> {
+    let Some(value) = element.property(name).filter(|value| *value != "inherit") else { return Ok(None) };
+    let number = number_or_percent(value).filter(|o| o.is_finite());
+    let wrong = || element.fault(text, format!("{} is no opacity", shown(value)), "give a number from 0 to 1");
+    Ok(Some(number.ok_or_else(wrong)?.clamp(0.0, 1.0)))
 }
 
 fn unknown(text: &str, stop: &Element, value: &str) -> Fault {

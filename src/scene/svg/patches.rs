@@ -50,6 +50,18 @@ impl Grid {
         }
     }
 
+    /// The grid with its alpha times `opacity`; premultiplied colours with it.
+    pub fn fainter(mut self, opacity: f64, premultiplied: bool) -> Grid {
+        let colour = if premultiplied { opacity } else { 1.0 };
+        let factor = DVec4::new(colour, colour, colour, opacity);
+        for jet in self.jets.iter_mut().flatten() {
+            for value in [&mut jet.value, &mut jet.du, &mut jet.dv, &mut jet.duv] {
+                *value *= factor;
+            }
+        }
+        self
+    }
+
     /// Whether all coordinates can be worked with.
     pub fn is_moderate(&self) -> bool {
         let fine = |p: &DVec2| p.is_finite() && p.abs().max_element() <= LARGEST;

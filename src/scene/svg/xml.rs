@@ -1,6 +1,7 @@
 //! The part of a drawing that matters as a small tree. Nothing in it is expanded: an entity that is not one of XML's own
 //! five is an error, whatever a document type declares, so a file cannot grow in memory.
 
+use super::style::Declared;
 use crate::scene::error::{quoted, Fault};
 use crate::scene::json_position::line_column;
 use quick_xml::events::{BytesStart, Event};
@@ -14,8 +15,9 @@ const DEEPEST: usize = 256;
 const MOST: usize = 500_000;
 
 /// Attributes that are read from any element; others are not kept.
-const ATTRIBUTES: [&str; 34] = [
+const ATTRIBUTES: [&str; 38] = [
     "id",
+    "class",
     "x",
     "y",
     "width",
@@ -37,6 +39,9 @@ const ATTRIBUTES: [&str; 34] = [
     "stop-opacity",
     "style",
     "fill",
+    "fill-opacity",
+    "opacity",
+    "display",
     "tensor",
     "color",
     "x1",
@@ -60,6 +65,10 @@ pub(super) struct Element {
     pub attributes: Vec<(&'static str, String)>,
     /// Elements in it.
     pub children: Vec<Element>,
+    /// What a style sheet says; of no other element the text is kept.
+    pub text: String,
+    /// What the style sheets declare for it, the strongest last.
+    pub declared: Vec<Declared>,
     /// Byte offset in the text.
     pub at: usize,
 }
@@ -70,16 +79,19 @@ impl Element {
         self.attributes.iter().find(|(n, _)| *n == name).map(|(_, value)| value.as_str())
     }
 
-    /// A property of the `style` attribute, which wins over the attribute of the same name.
+    /// A property: of the `style` attribute, else of the style sheets, else the attribute of the same name; what is
+    /// important in a sheet before all.
     pub fn property(&self, name: &str) -> Option<&str> {
-        let style = self.get("style").unwrap_or("");
-        let of = |part: &'_ str| -> Option<(String, usize, usize)> {
-            let (key, value) = part.split_once(':')?;
-            let start = value.as_ptr() as usize - style.as_ptr() as usize;
-            Some((key.trim().to_owned(), start, start + value.len()))
+        let of_sheets = |important: bool| {
+            let mut strongest = self.declared.iter().rev();
+            strongest.find(|d| d.name == name && d.important == important).map(|d| d.value.as_str())
         };
-        let found = style.split(';').filter_map(of).rfind(|(key, _, _)| key == name);
-        found.map(|(_, from, to)| style[from..to].trim()).or_else(|| self.get(name))
+        let of_style = || {
+            let declarations = self.get("style")?.rsplit(';').filter_map(|part| part.split_once(':'));
+            let (_, value) = { declarations }.find(|(key, _)| key.trim() == name)?;
+            Some(value.trim().trim_end_matches("!important").trim_end())
+        };
+        of_sheets(true).or_else(of_style).or_else(|| of_sheets(false)).or_else(|| self.get(name))
     }
 
     /// A fault at this element.
@@ -138,6 +150,8 @@ pub(super) fn parse(text: &str) -> Result<Element, Fault> {
                     }
                 }
             }
+            Ok(Event::Text(part)) => say(&mut open, &part),
+            Ok(Event::CData(part)) => say(&mut open, &part),
             Ok(Event::Eof) => break,
             Ok(_) => {}
         }
@@ -154,6 +168,13 @@ pub(super) fn parse(text: &str) -> Result<Element, Fault> {
     match document.children.pop() {
         Some(root) if document.children.is_empty() => Ok(root),
         _ => Err(Fault::new((1, 1), "there is no root element, or more than one", "give an SVG document")),
+    }
+}
+
+/// Keeps a part of the text of a style sheet. Of no use there are the entities between the parts.
+fn say(open: &mut [Element], part: &[u8]) {
+    if let Some(sheet) = open.last_mut().filter(|element| element.name == "style") {
+        sheet.text.push_str(&String::from_utf8_lossy(part));
     }
 }
 
@@ -179,7 +200,7 @@ fn element(start: &BytesStart, at: usize) -> Result<Element, (String, String)> {
         })?;
         attributes.push((*known, value.into_owned()));
     }
-    Ok(Element { name, attributes, children: Vec::new(), at })
+    Ok(Element { name, attributes, at, ..Element::default() })
 }
 
 /// The start of a character at or before an offset.
