@@ -17,49 +17,13 @@ layout(location = 1) in vec4 control_b[];
 #include "inc/bezier.glsl"
 #include "inc/face.glsl"
 #include "inc/part.glsl"
+#include "inc/side.glsl"
 
 #ifdef READBACK
-// CPU twin: src/gpu/layout.rs, `Record`.
-struct Record {
-    uvec4 place; // range, patch, 0, 0
-    vec4 coord;  // gl_TessCoord, 0
-    vec4 outer;  // level of sides 0 to 3
-    vec4 a;
-    vec4 b;
-};
-layout(set = 0, binding = 0, std430) buffer Records {
-    uint count;
-    uint capacity;
-    uint pad0;
-    uint pad1;
-    Record records[];
-};
+#include "inc/record.glsl"
 #else
 layout(location = 0) out vec4 colour;
 #endif
-
-// Nearer than this to a side means on it: interior vertices are at least 1/100 away, rounding at most 1e-6.
-const float ON_SIDE = 1.0 / 512.0;
-
-// The side that the vertex lies on, or -1.
-int side_of(vec3 c)
-{
-#if SHAPE == 1
-    return c.z < ON_SIDE ? 0 : c.x < ON_SIDE ? 1 : c.y < ON_SIDE ? 2 : -1;
-#else
-    return c.y < ON_SIDE ? 0 : c.x > 1.0 - ON_SIDE ? 1 : c.y > 1.0 - ON_SIDE ? 2 : c.x < ON_SIDE ? 3 : -1;
-#endif
-}
-
-// Parameter along a side, from its corner on.
-float along(int side, vec3 c)
-{
-#if SHAPE == 1
-    return side == 0 ? c.y : side == 1 ? c.z : c.x;
-#else
-    return side == 0 ? c.x : side == 1 ? c.y : side == 2 ? 1.0 - c.x : 1.0 - c.y;
-#endif
-}
 
 // Inside of the drawn domain, mapped into the face's.
 vec2 inside_uv(vec3 c)

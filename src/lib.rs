@@ -94,7 +94,7 @@
 //! | 3.3 angle and length, eq. (2) | [`subdiv::edit::Anchor::Boundary`] |
 //! | 3.3 vertices whose colour may be edited | [`subdiv::index_map::IndexMap::is_colour_vertex`] |
 //! | 3.4 feature-adaptive subdivision; factor t / 2^l | [`patch::tess::TessRule::Base`]; its other rules are [`patch::tess::TessRule::Fixed`] and [`patch::tess::TessRule::Pixels`] |
-//! | 3.4 transition patches, Fig. 4 | [`patch::transition`]; `repro --only zhhk22-fig4` |
+//! | 3.4 transition patches, Fig. 4 | [`patch::transition`]; `repro --only zhhk22-fig4`; their rival, one pipeline with remapped edges: [`patch::remap`], `--transitions remap`, `repro --only remap` |
 //! | 4.1 which faces are drawn at which level, Fig. 5 | [`refine::fate`], [`refine::Refinement`]; `repro --only fig5` |
 //! | 4.2 edited faces, Fig. 6 | [`refine::forest::plan`]; `scenes/unit/geometry_level_2.json`, `colour_level_2.json`; `repro --only zhhk22-fig6` |
 //! | 4.2 submeshes and padding | [`subdiv::catmull_clark`], which makes the inner half of the ring only |

@@ -196,7 +196,7 @@ fn look(gpu: &Gpu, table: &PatchTable, zooms: u32, vertices: f64, random: &mut g
         let frame = Frame { view, tess, format: Format::Rgba32f, ..frame(256) };
         let Pixels::Rgba32f(pixels) = gpu.render(&uploaded, &frame).unwrap().pixels else { unreachable!() };
         let covered: Vec<bool> = pixels.chunks_exact(4).map(|p| p[3] > 0.0).collect();
-        let segments = cracks::segments(&outline, tess, view, 256, 256);
+        let segments = cracks::segments(&outline, tess, 64.0, view, [256; 2]);
         inside += cracks::winding(&segments, 256, 256).iter().filter(|&&n| n != 0).count();
         let found = cracks::find(&segments, &covered, 256, 256);
         assert!(found.is_empty(), "level {level}, view {view:?}: {} pixels, {:?}", found.len(), found[0]);

@@ -27,7 +27,7 @@ const fn out(name: &'static str, source: &'static str, defines: &'static [(&'sta
 
 /// Every output, in the order of the manifest.
 #[rustfmt::skip]
-pub const OUTPUTS: [Output; 37] = [
+pub const OUTPUTS: [Output; 43] = [
     out("patch.vert", "patch.vert", &[]),
     out("bicubic.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "0")]),
     out("bicubic_triangle.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "1")]),
@@ -50,6 +50,12 @@ pub const OUTPUTS: [Output; 37] = [
     out("stitched.tesc", "stitched.tesc", &[]),
     out("stitched.tese", "stitched.tese", &[]),
     out("stitched_readback.tese", "stitched.tese", &[("READBACK", "1")]),
+    out("remap_bicubic.tesc", "remap.tesc", &[("GREGORY", "0")]),
+    out("remap_gregory.tesc", "remap.tesc", &[("GREGORY", "1")]),
+    out("remap_bicubic.tese", "remap.tese", &[("GREGORY", "0")]),
+    out("remap_gregory.tese", "remap.tese", &[("GREGORY", "1")]),
+    out("remap_bicubic_readback.tese", "remap.tese", &[("GREGORY", "0"), ("READBACK", "1")]),
+    out("remap_gregory_readback.tese", "remap.tese", &[("GREGORY", "1"), ("READBACK", "1")]),
     out("colour.frag", "colour.frag", &[]),
     out("solid.vert", "solid.vert", &[]),
     out("solid.frag", "solid.frag", &[]),

@@ -2,7 +2,7 @@
 layout(push_constant, std430) uniform Push {
     vec4 view;        // ndc = xy * view.xy + view.zw
     vec4 flat_colour; // straight alpha; used when show is 1
-    vec4 tess;        // level of Full sides, of Half sides, of Inner sides; w: pixels a segment, 0 for the fixed levels
+    vec4 tess;        // level of Full sides, of Half sides, of Inner sides; w: pixels a segment (x: the greatest level), or 0
     vec2 pixels;      // pixels a model unit in x and y
     uint corners;     // part corner i in bits 4i to 4i+3: u + 4 v, in halves
     uint sides;       // side i in bits 4i to 4i+3: 0 Inner, 4 + e Full(e), 8 + h Half(h)

@@ -1,10 +1,16 @@
 // Tessellation levels. Needs: part.glsl. CPU twin: src/patch/tess.rs (fixed levels) and eval::pixel_level.
 
-const float MAX_LEVEL = 64.0;
-
 #include "inc/polygon.glsl"
 
-// Level of side i by the screen-space rule: an integer, 1 to 64.
+// Level of a side with this polygon by the screen-space rule: an integer from 1 to the greatest, which is push.tess.x.
+float polygon_level(vec2 p0, vec2 p1, vec2 p2, vec2 p3)
+{
+    precise float level = ceil(polygon_pixels(p0, p1, p2, p3) / push.tess.w);
+    // The comparison is false for NaN, which becomes the greatest level.
+    return level <= push.tess.x ? max(level, 1.0) : push.tess.x;
+}
+
+// Level of side i by the screen-space rule.
 float pixel_level(int i)
 {
     vec2 p[4];
@@ -20,9 +26,7 @@ float pixel_level(int i)
         p[2] = control_a[q.z].xy;
         p[3] = control_a[q.w].xy;
     }
-    precise float level = ceil(polygon_pixels(p[0], p[1], p[2], p[3]) / push.tess.w);
-    // The comparison is false for NaN, which becomes the greatest level.
-    return level <= MAX_LEVEL ? max(level, 1.0) : MAX_LEVEL;
+    return polygon_level(p[0], p[1], p[2], p[3]);
 }
 
 // Level of side i: one of the three fixed levels, or by length in pixels.

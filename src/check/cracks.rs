@@ -99,8 +99,15 @@ fn sides(range: &DrawRange) -> impl Iterator<Item = ([usize; 4], u32)> {
     })
 }
 
-/// Segments of the outline in pixels (x right, y down, pixel centres at halves) under a tessellation rule.
-pub fn segments(edges: &[OutlineEdge], tess: TessRule, view: [f64; 4], width: u32, height: u32) -> Vec<[DVec2; 2]> {
+/// Segments of the outline in pixels (x right, y down, pixel centres at halves) under a tessellation rule, where no level
+/// exceeds `most` ([`crate::patch::tess::greatest`]).
+pub fn segments(
+    edges: &[OutlineEdge],
+    tess: TessRule,
+    most: f32,
+    view: [f64; 4],
+    [width, height]: [u32; 2],
+) -> Vec<[DVec2; 2]> {
     let scale = DVec2::new(f64::from(width) / (view[2] - view[0]), f64::from(height) / (view[3] - view[1]));
     let pixel = |p: DVec2| DVec2::new((p.x - view[0]) * scale.x, (view[3] - p.y) * scale.y);
     let mut out = Vec::new();
@@ -110,9 +117,9 @@ pub fn segments(edges: &[OutlineEdge], tess: TessRule, view: [f64; 4], width: u3
             // The control polygon's length over the pixels asked for, as `eval::pixel_level`.
             TessRule::Pixels(pixels) => {
                 let length: f64 = q.windows(2).map(|p| (p[1] - p[0]).length()).sum();
-                (length / f64::from(pixels)).ceil().clamp(1.0, 64.0) as u32
+                (length / f64::from(pixels)).ceil().clamp(1.0, f64::from(most)) as u32
             }
-            _ => tess.levels(e.level).full as u32,
+            _ => tess.levels_to(e.level, most).full as u32,
         };
         let mut from = q[0];
         for k in 1..=n {

@@ -7,5 +7,6 @@ pub mod folds;
 pub mod limit_picture;
 pub mod locate;
 pub mod picture_error;
+pub mod seams;
 pub mod sections;
 pub mod solid_cracks;

@@ -5,7 +5,7 @@ use super::exact::ExactFace;
 use super::limit_picture::LimitPicture;
 use super::locate::{locate, to_base, turned, Drawn, DrawnPoint};
 use crate::patch::build::face_control;
-use crate::patch::tess::TessRule;
+use crate::patch::tess::{TessRule, MAX_LEVEL};
 use crate::patch::{eval, Face, Kind, PatchTable};
 use crate::refine::Refinement;
 use glam::DVec2;
@@ -179,7 +179,7 @@ impl Compared<'_> {
 
     /// Pixels that silhouettes and sharp edges pass through or by.
     fn edge_pixels(&self, limit: &mut LimitPicture) -> Vec<bool> {
-        let mut lines = cracks::segments(&self.drawn_edges(), self.tess, self.view, self.size[0], self.size[1]);
+        let mut lines = cracks::segments(&self.drawn_edges(), self.tess, MAX_LEVEL, self.view, self.size);
         limit.edges(self.limit, |a, b| lines.push([self.pixel(a), self.pixel(b)]));
         let (width, height) = (f64::from(self.size[0]), f64::from(self.size[1]));
         let mut near = vec![false; (self.size[0] * self.size[1]) as usize];

@@ -139,7 +139,7 @@ impl Bench {
         }
         let document = writer.document(&groups);
         if global.json {
-            return print_json(&report::result(folder, &document));
+            return print_json(&report::result(folder, &document, &groups));
         }
         if !global.quiet {
             print(&report::text(folder, &document));

@@ -5,22 +5,25 @@ mod report;
 
 use super::ferguson::open::{refuse, Ferguson};
 use super::measure::{measure, ErrorReport, PlaceReport};
-use super::open::{Loaded, Subject};
+use super::open::{Loaded, Patched, Subject};
 use super::pattern::flags::{level as pattern_level, PatternFlags};
 use super::picture::{bounds, PictureFlags};
 use super::surface::flags::SurfaceFlags;
 use super::surface::open::Surface;
 use super::{ferguson, print, print_json, Failure, Global, Refining};
+use crate::check::cracks::OutlineEdge;
 use crate::check::folds::folds;
+use crate::check::seams::seams;
 use crate::check::{cracks, error_map};
 use crate::gpu::{Format, Frame, Gpu, Pixels};
 use crate::patch::cull::within;
+use crate::patch::remap::Transitions;
 use crate::patch::tess::{TessRule, MAX_LEVEL};
 use crate::patch::PatchTable;
 use crate::timing::random::Random;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use report::{CurvePoint, FoldReport, Report};
+use report::{CurvePoint, FoldReport, Report, SeamReport};
 use std::path::PathBuf;
 
 /// Arguments of `check`.
@@ -60,6 +63,9 @@ pub struct Check {
     /// Faces that are let pass though they are, or may be, turned over
     #[arg(long, value_name = "N")]
     max_folds: Option<usize>,
+    /// Read all vertices of the first view back, and count the edges inside whose two sides are not the same bits
+    #[arg(long)]
+    seams: bool,
     /// Measure the first view again with irregular faces refined 0 to N levels further: error against patches
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=8))]
     isolate_curve: Option<u32>,
@@ -69,10 +75,10 @@ pub struct Check {
     pattern: PatternFlags,
 }
 
-/// Level from 1 to 64, the integer part of a log-uniform number.
-fn random_level(unit: f64) -> u32 {
-    let top = f64::from(MAX_LEVEL) + 1.0;
-    (top.powf(unit) as u32).clamp(1, MAX_LEVEL as u32)
+/// Level from 1 to `most`, the integer part of a log-uniform number.
+fn random_level(unit: f64, most: f32) -> u32 {
+    let top = f64::from(most) + 1.0;
+    (top.powf(unit) as u32).clamp(1, most as u32)
 }
 
 /// Least and greatest of the fixed levels of views.
@@ -109,6 +115,7 @@ impl Check {
             Subject::Ferguson(mesh) => {
                 self.surface.refuse()?;
                 refuse(&self.picture.refining)?;
+                self.picture.refuse_transitions()?;
                 self.sections(&mesh, global)
             }
             Subject::Surface(surface) => self.space(&surface, global),
@@ -135,7 +142,7 @@ impl Check {
     }
 
     /// Views to look at, the first and then the random ones in `whole`, and how finely each is drawn.
-    fn views(&self, first: [f64; 4], whole: [f64; 4]) -> Vec<([f64; 4], TessRule)> {
+    fn views(&self, first: [f64; 4], whole: [f64; 4], most: f32) -> Vec<([f64; 4], TessRule)> {
         let mut random = Random::new(self.seed);
         let mut views = vec![first];
         let (w, h) = (first[2] - first[0], first[3] - first[1]);
@@ -148,7 +155,7 @@ impl Check {
         }
         // After all views, so that the flag does not change them.
         let mut tess = || match self.random_tess {
-            true => TessRule::Fixed(random_level(random.unit()) as f32),
+            true => TessRule::Fixed(random_level(random.unit(), most) as f32),
             false => self.picture.tess.rule(),
         };
         views.into_iter().map(|view| (view, tess())).collect()
@@ -156,10 +163,11 @@ impl Check {
 
     /// Cracks of a surface in space.
     fn space(&self, surface: &Surface, global: &Global) -> Result<(), Failure> {
-        let measured = self.max_error.or(self.max_mean).or(self.max_shift).is_some() || self.isolate_curve.is_some();
+        let measured =
+            self.max_error.or(self.max_mean).or(self.max_shift).is_some() || self.isolate_curve.is_some() || self.seams;
         if measured || self.output.is_some() || self.max_folds.is_some() || self.random_tess {
             return Err(Failure::input(
-                "surfaces in space are checked for cracks; leave out --output, --random-tess, --isolate-curve and every --max but --max-cracks",
+                "surfaces in space are checked for cracks; leave out --output, --random-tess, --seams, --isolate-curve and every --max but --max-cracks",
             ));
         }
         let views = self.zooms.max(1);
@@ -172,15 +180,16 @@ impl Check {
 
     /// Cracks of a mesh whose patches are the surface itself.
     fn sections(&self, mesh: &Ferguson, global: &Global) -> Result<(), Failure> {
-        let measured = self.max_error.or(self.max_mean).or(self.max_shift).is_some() || self.isolate_curve.is_some();
+        let measured =
+            self.max_error.or(self.max_mean).or(self.max_shift).is_some() || self.isolate_curve.is_some() || self.seams;
         if measured || self.output.is_some() || self.max_folds.is_some() {
             return Err(Failure::input(
-                "patches of technique ferguson are the surface itself; leave out --output, --isolate-curve and every --max but --max-cracks",
+                "patches of technique ferguson are the surface itself; leave out --output, --seams, --isolate-curve and every --max but --max-cracks",
             ));
         }
         self.picture.camera.refuse()?;
         let size = self.picture.size.unwrap_or(SIZE);
-        let views = self.views(mesh.view(self.picture.view, size)?, mesh.bounds());
+        let views = self.views(mesh.view(self.picture.view, size)?, mesh.bounds(), MAX_LEVEL);
         let gpu = Gpu::new(&global.gpu())?;
         let bar = bar(views.len(), global);
         let report = ferguson::check::run(mesh, &gpu, &views, size, &bar)?;
@@ -201,12 +210,18 @@ impl Check {
             // Flags that do not go with it are refused before anything is drawn.
             loaded.options(&Refining { isolate: 1, ..self.picture.refining.clone() })?;
         }
-        let patched = loaded.patches(&self.picture.refining)?;
+        let mut patched = loaded.patches(&self.picture.refining)?;
+        patched.transitions = self.picture.transitions();
+        let greatest = patched.transitions.greatest();
         let frame = Frame { format: Format::Rgba32f, ..self.picture.frame(&patched.table, SIZE)? };
         let boundary = cracks::boundary(&patched.table, &loaded.mesh);
         let gpu = Gpu::new(&global.gpu())?;
-        let mut table = gpu.upload(&PatchTable::default())?;
-        let views = self.views(frame.view, bounds(&patched.table).unwrap_or([0.0, 0.0, 1.0, 1.0]));
+        // Parts of one face are needed together to draw it in one piece, so then the whole table is.
+        let mut table = match patched.transitions {
+            Transitions::Constellations => gpu.upload(&PatchTable::default())?,
+            other => gpu.upload(&other.of(patched.table.clone()))?,
+        };
+        let views = self.views(frame.view, bounds(&patched.table).unwrap_or([0.0, 0.0, 1.0, 1.0]), greatest);
         let bar = bar(views.len(), global);
         let (width, height) = (frame.width, frame.height);
         let error = measure(&gpu, loaded, &patched, &frame)?;
@@ -226,6 +241,7 @@ impl Check {
             outline_edges: cracks::outline(&patched.table).len(),
             first_cracks: Vec::new(),
             error: ErrorReport::new(&error, &patched.table),
+            seams: self.seam_report(&gpu, &patched, &frame, &boundary)?,
             isolate_curve: self.curve(&gpu, loaded, &frame)?,
             folds: FoldReport::new(&folds(&patched.table, zero), &patched.table, zero),
         };
@@ -234,12 +250,14 @@ impl Check {
             // Closely looked at, almost all of a large scene is outside. A pixel more: single precision may move points a little.
             let (dx, dy) = ((view[2] - view[0]) / f64::from(width), (view[3] - view[1]) / f64::from(height));
             let near = [view[0] - dx, view[1] - dy, view[2] + dx, view[3] + dy];
-            gpu.update(&mut table, &within(&patched.table, near))?;
+            if patched.transitions == Transitions::Constellations {
+                gpu.update(&mut table, &within(&patched.table, near))?;
+            }
             let covered: Vec<bool> = match gpu.render(&table, &frame)?.pixels {
                 Pixels::Rgba32f(p) => p.chunks_exact(4).map(|p| p[3] > 0.0).collect(),
                 Pixels::Rgba8(p) => p.chunks_exact(4).map(|p| p[3] > 0).collect(),
             };
-            let segments = cracks::segments(&boundary, frame.tess, view, width, height);
+            let segments = cracks::segments(&boundary, frame.tess, greatest, view, [width, height]);
             report.pixels_inside += cracks::winding(&segments, width, height).iter().filter(|&&n| n != 0).count();
             let found = cracks::find(&segments, &covered, width, height);
             report.crack_pixels += found.len();
@@ -265,10 +283,42 @@ impl Check {
                 report.scene, report.crack_pixels, report.pixels_inside, report.views
             ));
             print(&report.error.text());
+            print(&report.seams.as_ref().map_or(String::new(), SeamReport::text));
             print(&report::curve_text(&report.isolate_curve));
             print(&report.folds.text());
         }
         self.judge(&report)
+    }
+
+    /// Counts the segments of the whole surface that do not pair, with `--seams`.
+    fn seam_report(
+        &self,
+        gpu: &Gpu,
+        patched: &Patched,
+        frame: &Frame,
+        boundary: &[OutlineEdge],
+    ) -> Result<Option<SeamReport>, Failure> {
+        if !self.seams {
+            return Ok(None);
+        }
+        let table = gpu.upload(&patched.transitions.of(patched.table.clone()))?;
+        let found = seams(&gpu.evaluate(&table, frame.tess, frame.scale())?);
+        let most = patched.transitions.greatest();
+        // The device finds lengths in pixels in single precision, so a level may round either way.
+        let expected = [1.0 + 1e-5, 1.0 - 1e-5].map(|slack| {
+            let tess = match frame.tess {
+                TessRule::Pixels(pixels) => TessRule::Pixels(pixels * slack),
+                other => other,
+            };
+            let segments = cracks::segments(boundary, tess, most, frame.view, [frame.width, frame.height]);
+            segments.iter().filter(|[a, b]| a != b).count()
+        });
+        let on_boundary = found.open.clamp(expected[0], expected[1]);
+        Ok(Some(SeamReport {
+            segments: found.segments,
+            boundary_segments: on_boundary,
+            open_segments: found.open.abs_diff(on_boundary),
+        }))
     }
 
     /// Error against patches over the levels of `--isolate-curve`; empty without it.
@@ -276,7 +326,8 @@ impl Check {
         let levels = self.isolate_curve.map_or(0..0, |most| 0..most + 1);
         levels
             .map(|isolate| {
-                let patched = loaded.patches(&Refining { isolate, ..self.picture.refining.clone() })?;
+                let mut patched = loaded.patches(&Refining { isolate, ..self.picture.refining.clone() })?;
+                patched.transitions = self.picture.transitions();
                 let error = measure(gpu, loaded, &patched, frame)?;
                 Ok(CurvePoint {
                     isolate,
@@ -304,6 +355,11 @@ impl Check {
     fn judge(&self, report: &Report) -> Result<(), Failure> {
         let scene = &self.scene;
         self.judge_cracks(report.crack_pixels, &report.first_cracks)?;
+        if let Some(open) = report.seams.as_ref().map(|s| s.open_segments).filter(|&n| n > 0) {
+            return Err(Failure::short(format_args!(
+                "{scene}: {open} segments inside have not the same bits on both sides"
+            )));
+        }
         let error = &report.error;
         let place = |place: &Option<PlaceReport>| place.as_ref().map_or(String::new(), PlaceReport::text);
         let limits = [

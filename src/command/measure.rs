@@ -15,7 +15,7 @@ use serde::Serialize;
 pub fn measure(gpu: &Gpu, loaded: &Loaded, patched: &Patched, frame: &Frame) -> Result<PictureError, Failure> {
     let limit = loaded.refine(Options::default())?;
     let mut picture = LimitPicture::new(&limit, frame.view, frame.scale());
-    let drawn = floats(gpu, &opaque(&patched.table), frame, frame.tess)?;
+    let drawn = floats(gpu, &patched.transitions.of(opaque(&patched.table)), frame, frame.tess)?;
     let channels = floats(gpu, &picture.table, frame, TessRule::Fixed(1.0))?;
     picture.table = PatchTable::default();
     let compared = Compared {
@@ -125,6 +125,8 @@ pub fn kind_name(kind: Kind) -> &'static str {
         Kind::Bicubic => "bicubic",
         Kind::Gregory => "gregory",
         Kind::Stitched => "stitched",
+        Kind::RemappedBicubic => "bicubic",
+        Kind::RemappedGregory => "gregory",
     }
 }
 

@@ -20,6 +20,7 @@ mod surface;
 
 use crate::gpu::{GpuError, GpuOptions};
 use crate::image::ImageError;
+use crate::patch::remap::Transitions;
 use crate::scene::SceneError;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::fmt::Display;
@@ -142,6 +143,28 @@ enum RulesFlag {
 enum PatchesFlag {
     Gregory,
     Bicubic,
+}
+
+/// How transition faces are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum TransitionsFlag {
+    /// As two to four parts
+    #[default]
+    Constellations,
+    /// In one piece, the segments of both finer edges along each split one; levels up to 32
+    Remap,
+    /// The same along the face's own curves, as OpenSubdiv does it: to see what gaps that leaves
+    RemapOwn,
+}
+
+impl From<TransitionsFlag> for Transitions {
+    fn from(flag: TransitionsFlag) -> Self {
+        match flag {
+            TransitionsFlag::Constellations => Transitions::Constellations,
+            TransitionsFlag::Remap => Transitions::Remap,
+            TransitionsFlag::RemapOwn => Transitions::RemapOwn,
+        }
+    }
 }
 
 /// Why a command ended without its result.

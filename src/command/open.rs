@@ -7,6 +7,7 @@ use super::{Failure, Global, ModeFlag, PatchesFlag, Refining, RulesFlag};
 use crate::mesh::{self, HalfEdgeMesh, MeshError};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
+use crate::patch::remap::Transitions;
 use crate::patch::PatchTable;
 use crate::refine::edits::EditError;
 use crate::refine::{refine, refine_uncascaded, Mode, Options, RefineError, Refinement, Rules};
@@ -72,8 +73,10 @@ pub struct Loaded {
 pub struct Patched {
     /// Levels.
     pub refinement: Refinement,
-    /// Patches.
+    /// Patches; those of transition faces as constellations.
     pub table: PatchTable,
+    /// How transition faces are drawn.
+    pub transitions: Transitions,
     /// Wall time of refinement, ms.
     pub refine_ms: f64,
     /// Wall time of the patch table, ms.
@@ -196,6 +199,7 @@ impl Loaded {
         Ok(Patched {
             refinement,
             table,
+            transitions: Transitions::default(),
             refine_ms: milliseconds((refined - start).as_nanos()),
             patch_ms: milliseconds((built - refined).as_nanos()),
         })

@@ -1,9 +1,10 @@
 //! Flags that say what picture to draw.
 
-use super::{Failure, Refining};
+use super::{Failure, Refining, TransitionsFlag};
 use crate::camera::{Camera, Projection};
 use crate::gpu::{Format, Frame, Show};
 use crate::patch::eval::{side_points, sides};
+use crate::patch::remap::Transitions;
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use clap::Args;
@@ -22,6 +23,9 @@ pub struct PictureFlags {
     pub camera: CameraFlags,
     #[command(flatten)]
     pub tess: Tess,
+    /// How transition faces of gradient meshes are drawn
+    #[arg(long, value_enum, default_value = "constellations")]
+    transitions: TransitionsFlag,
     #[command(flatten)]
     pub refining: Refining,
 }
@@ -54,6 +58,19 @@ impl PictureFlags {
 }
 
 impl PictureFlags {
+    /// How transition faces are drawn.
+    pub fn transitions(&self) -> Transitions {
+        self.transitions.into()
+    }
+
+    /// Refuses what only subdivision gradient meshes take.
+    pub fn refuse_transitions(&self) -> Result<(), Failure> {
+        match self.transitions() {
+            Transitions::Constellations => Ok(()),
+            _ => Err(Failure::input("--transitions goes with scenes of technique subdivision")),
+        }
+    }
+
     /// Segments an edge of patches in space, where `--tess` asks for patches.
     pub fn segments(&self) -> Result<Option<u32>, Failure> {
         match self.tess.fixed {
@@ -65,6 +82,7 @@ impl PictureFlags {
 
     /// Refuses flags that only scenes in the plane take.
     pub fn refuse_plane(&self) -> Result<(), Failure> {
+        self.refuse_transitions()?;
         if self.view.is_some() {
             return Err(Failure::input("--view goes with scenes in the plane; use --orbit or --eye here"));
         }

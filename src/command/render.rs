@@ -12,6 +12,7 @@ use crate::check::error_map;
 use crate::check::picture_error::PictureError;
 use crate::gpu::{Frame, Gpu, GpuTimes, PatternShow, Show, SolidShow, Statistics};
 use crate::image::Picture;
+use crate::patch::remap::Transitions;
 use crate::patch::PatchTable;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -82,6 +83,8 @@ struct Report {
     view: [f64; 4],
     device: String,
     patches: usize,
+    /// Draw calls, unless the device needs them in pieces.
+    draws: usize,
     control_points: usize,
     device_bytes: u64,
     refine_ms: f64,
@@ -105,6 +108,7 @@ const SIZE: [u32; 2] = [1024, 1024];
 struct Made<'a> {
     name: &'a str,
     table: &'a PatchTable,
+    transitions: Transitions,
     frame: Frame,
     refine_ms: f64,
     patch_ms: f64,
@@ -133,8 +137,10 @@ impl Render {
         match subject {
             Subject::Subdivision(loaded) => {
                 self.refuse_space()?;
-                let patched = loaded.patches(&self.picture.refining)?;
+                let mut patched = loaded.patches(&self.picture.refining)?;
+                patched.transitions = self.picture.transitions();
                 let made = Made {
+                    transitions: patched.transitions,
                     name: &loaded.scene.name,
                     table: &patched.table,
                     frame: self.picture.frame(&patched.table, SIZE)?,
@@ -146,6 +152,7 @@ impl Render {
             Subject::Ferguson(mesh) => {
                 self.refuse_space()?;
                 refuse(&self.picture.refining)?;
+                self.picture.refuse_transitions()?;
                 let exact = || Failure::input("--show error: patches of this technique are the surface itself");
                 if matches!(self.show, ShowFlag::Error) {
                     return Err(exact());
@@ -153,6 +160,7 @@ impl Render {
                 let size = self.picture.size.unwrap_or(SIZE);
                 let patches = ferguson::render::patches(&mesh, self.picture.tess.rule(), self.picture.view, size)?;
                 let made = Made {
+                    transitions: Transitions::default(),
                     name: &mesh.mesh.name,
                     table: &patches.table,
                     frame: Frame { view: patches.view, ..self.picture.frame(&patches.table, SIZE)? },
@@ -229,7 +237,10 @@ impl Render {
         global: &Global,
     ) -> Result<(), Failure> {
         let gpu = Gpu::new(&global.gpu())?;
-        let table = gpu.upload(made.table)?;
+        let table = match made.transitions {
+            Transitions::Constellations => gpu.upload(made.table)?,
+            other => gpu.upload(&other.of(made.table.clone()))?,
+        };
         let frame = Frame {
             show: match self.show {
                 ShowFlag::Wire => Show::Wire,
@@ -273,6 +284,7 @@ impl Render {
             view: frame.view,
             device,
             patches: made.table.faces.len(),
+            draws: table.ranges().len(),
             control_points: made.table.control.len(),
             device_bytes: table.bytes(),
             refine_ms: made.refine_ms,

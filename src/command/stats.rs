@@ -72,10 +72,12 @@ fn counts(table: &PatchTable) -> Counts {
     for f in &table.faces {
         let transition = usize::from(f.transition != 0);
         match f.kind {
-            Kind::Bicubic | Kind::Stitched => {
+            Kind::Bicubic | Kind::Stitched | Kind::RemappedBicubic => {
                 (c.bicubic, c.bicubic_transition) = (c.bicubic + 1, c.bicubic_transition + transition)
             }
-            Kind::Gregory => (c.gregory, c.gregory_transition) = (c.gregory + 1, c.gregory_transition + transition),
+            Kind::Gregory | Kind::RemappedGregory => {
+                (c.gregory, c.gregory_transition) = (c.gregory + 1, c.gregory_transition + transition)
+            }
         }
     }
     c

@@ -11,7 +11,7 @@ use super::table::DeviceTable;
 use super::target::{PassKey, Target};
 use crate::image::Picture;
 use crate::patch::space::Interpolation;
-use crate::patch::tess::{quad_vertices, TessRule, MAX_LEVEL};
+use crate::patch::tess::{greatest, quad_vertices, TessRule, MAX_LEVEL};
 use crate::patch::{DrawRange, Kind};
 use ash::vk;
 use std::rc::Rc;
@@ -229,6 +229,8 @@ impl<'t> PreparedFrame<'t> {
         table: &'t DeviceTable,
     ) -> Result<PreparedFrame<'t>, GpuError> {
         let frame = &canvas.frame;
+        let greatest = greatest(&table.ranges);
+        frame.tess.check_to(greatest).map_err(GpuError::Request)?;
         let fills: &[Fill] = match frame.show {
             Show::Wire => &[Fill::Wire],
             Show::SurfaceWire => &[Fill::Surface, Fill::Wire],
@@ -245,7 +247,7 @@ impl<'t> PreparedFrame<'t> {
                 steps.push(Step {
                     scope: scopes.len() - 1,
                     pipeline: pipelines.get(PipelineKey::of(range, fill, canvas.pass))?,
-                    push: push_of(frame, table.colour, range, fill),
+                    push: push_of(frame, table.colour, range, fill, greatest),
                     first: range.first,
                     count: range.count * range.stride() as u32,
                     most: most_patches(&canvas.context, frame.tess, range).saturating_mul(range.stride() as u32),
@@ -456,9 +458,9 @@ fn scope_of(range: &DrawRange) -> Scope {
     match (range.kind, range.part) {
         // Stitched patches are bicubics too.
         (Kind::Bicubic, None) | (Kind::Stitched, _) => Scope::Bicubic,
-        (Kind::Bicubic, Some(_)) => Scope::BicubicTransition,
+        (Kind::Bicubic, Some(_)) | (Kind::RemappedBicubic, _) => Scope::BicubicTransition,
         (Kind::Gregory, None) => Scope::Gregory,
-        (Kind::Gregory, Some(_)) => Scope::GregoryTransition,
+        (Kind::Gregory, Some(_)) | (Kind::RemappedGregory, _) => Scope::GregoryTransition,
     }
 }
 
@@ -471,13 +473,13 @@ fn most_patches(context: &Context, tess: TessRule, range: &DrawRange) -> u32 {
         return range.count;
     }
     let levels = tess.levels(range.level);
-    // The table says how fine stitched sides are.
-    let stitched = if range.kind == Kind::Stitched { MAX_LEVEL } else { 1.0 };
+    // The table says how fine stitched sides are; a split edge may have twice the greatest level.
+    let stitched = if range.kind.points() == 32 { MAX_LEVEL } else { 1.0 };
     let level = levels.full.max(levels.half).max(levels.inner).max(stitched) as u64;
     (0xffff / quad_vertices(level)) as u32
 }
 
-fn push_of(frame: &Frame, colour: Interpolation, range: &DrawRange, fill: Fill) -> Push {
+fn push_of(frame: &Frame, colour: Interpolation, range: &DrawRange, fill: Fill, greatest: f32) -> Push {
     let flat = match (fill, frame.show) {
         (Fill::Wire, _) => Some(WIRE_COLOUR),
         (_, Show::Patches) => Some(patch_colour(range.kind, range.part)),
@@ -485,7 +487,7 @@ fn push_of(frame: &Frame, colour: Interpolation, range: &DrawRange, fill: Fill) 
         _ => None,
     };
     let [x0, y0, x1, y1] = frame.view;
-    let mut push = tess_push(frame.tess, frame.scale(), range);
+    let mut push = tess_push(frame.tess, frame.scale(), range, greatest);
     // x0 goes to -1 and x1 to 1; y1 to -1, which is the top row, and y0 to 1.
     push.view = [
         (2.0 / (x1 - x0)) as f32,
@@ -500,10 +502,10 @@ fn push_of(frame: &Frame, colour: Interpolation, range: &DrawRange, fill: Fill) 
     push
 }
 
-/// Push constants that decide the levels of a range; `scale` is pixels a model unit.
-pub(super) fn tess_push(tess: TessRule, scale: [f64; 2], range: &DrawRange) -> Push {
+/// Push constants that decide the levels of a range; `scale` is pixels a model unit, `greatest` that of the table.
+pub(super) fn tess_push(tess: TessRule, scale: [f64; 2], range: &DrawRange, greatest: f32) -> Push {
     // Neighbours of different levels share free sides of stitched patches, so those have one level.
-    let levels = tess.levels(if range.kind == Kind::Stitched { 0 } else { range.level });
+    let levels = tess.levels_to(if range.kind == Kind::Stitched { 0 } else { range.level }, greatest);
     let (corners, sides) = part_codes(range.part);
     Push {
         tess: [levels.full, levels.half, levels.inner, levels.pixels],

@@ -11,7 +11,7 @@ pub struct Push {
     pub view: [f32; 4],
     /// Straight alpha; used when `show` is 1.
     pub flat_colour: [f32; 4],
-    /// Level of Full, Half and Inner sides; pixels a segment, 0 for the fixed levels.
+    /// Level of Full, Half and Inner sides; pixels a segment (then the first is the greatest level), 0 for the fixed levels.
     pub tess: [f32; 4],
     /// Pixels a model unit in x and y.
     pub pixels: [f32; 2],

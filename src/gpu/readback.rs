@@ -11,8 +11,7 @@ use super::memory::{bytes_of, Buffer};
 use super::pipeline::{Fill, PipelineKey, Pipelines, PUSH_STAGES};
 use super::table::{DeviceTable, TableBuffers};
 use super::target::{PassKey, Target};
-use crate::patch::tess::{TessRule, MAX_LEVEL};
-use crate::patch::Kind;
+use crate::patch::tess::{greatest, TessRule, MAX_LEVEL};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use std::rc::Rc;
@@ -53,7 +52,7 @@ pub(super) fn evaluate(
     tess: TessRule,
     scale: [f64; 2],
 ) -> Result<Vec<EvaluatedPoint>, GpuError> {
-    tess.check().map_err(GpuError::Request)?;
+    tess.check_to(greatest(&table.ranges)).map_err(GpuError::Request)?;
     let Some(buffers) = &table.buffers else {
         return Ok(Vec::new());
     };
@@ -62,7 +61,7 @@ pub(super) fn evaluate(
     let mut expected = 0;
     for (number, range) in table.ranges.iter().enumerate() {
         let levels = tess.levels(range.level);
-        let stitched = if range.kind == Kind::Stitched { MAX_LEVEL } else { 1.0 };
+        let stitched = if range.kind.points() == 32 { MAX_LEVEL } else { 1.0 };
         let most = levels.full.max(levels.half).max(levels.inner).max(stitched) as u64 + 1;
         let vertices = most * most;
         let mut first = 0;
@@ -188,7 +187,7 @@ fn record(
             let range = &table.ranges[run.range];
             let stride = range.stride() as u32;
             device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, *pipeline);
-            let mut push = tess_push(tess, scale, range);
+            let mut push = tess_push(tess, scale, range, greatest(&table.ranges));
             push.range = run.range as u32;
             for patch in run.first..run.first + run.count {
                 push.patch = patch;

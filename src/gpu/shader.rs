@@ -57,6 +57,8 @@ pub(super) fn control(kind: Kind, shape: Shape) -> Spv {
         (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle.tesc"),
         (Kind::Gregory, Shape::Quad) => spv!("gregory_quad.tesc"),
         (Kind::Stitched, _) => spv!("stitched.tesc"),
+        (Kind::RemappedBicubic, _) => spv!("remap_bicubic.tesc"),
+        (Kind::RemappedGregory, _) => spv!("remap_gregory.tesc"),
     }
 }
 
@@ -79,6 +81,8 @@ pub(super) fn evaluation(kind: Kind, shape: Shape) -> Spv {
         (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle.tese"),
         (Kind::Gregory, Shape::Quad) => spv!("gregory_quad.tese"),
         (Kind::Stitched, _) => spv!("stitched.tese"),
+        (Kind::RemappedBicubic, _) => spv!("remap_bicubic.tese"),
+        (Kind::RemappedGregory, _) => spv!("remap_gregory.tese"),
     }
 }
 
@@ -92,6 +96,8 @@ pub(super) fn readback(kind: Kind, shape: Shape) -> Spv {
         (Kind::Gregory, Shape::Triangle) => spv!("gregory_triangle_readback.tese"),
         (Kind::Gregory, Shape::Quad) => spv!("gregory_quad_readback.tese"),
         (Kind::Stitched, _) => spv!("stitched_readback.tese"),
+        (Kind::RemappedBicubic, _) => spv!("remap_bicubic_readback.tese"),
+        (Kind::RemappedGregory, _) => spv!("remap_gregory_readback.tese"),
     }
 }
 

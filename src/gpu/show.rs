@@ -33,6 +33,8 @@ pub fn patch_colour(kind: Kind, part: Option<u8>) -> [f32; 4] {
         (Kind::Bicubic, Some(4)) => [0.55, 0.80, 0.35],
         (Kind::Bicubic, Some(_)) => [0.75, 0.85, 0.45],
         (Kind::Stitched, _) => [0.50, 0.70, 0.90],
+        (Kind::RemappedBicubic, _) => [0.30, 0.75, 0.60],
+        (Kind::RemappedGregory, _) => [0.95, 0.65, 0.30],
         (Kind::Gregory, None) => [0.85, 0.35, 0.30],
         (Kind::Gregory, Some(1)) => [0.90, 0.50, 0.25],
         (Kind::Gregory, Some(2)) => [0.95, 0.60, 0.25],

@@ -187,7 +187,7 @@ fn check(table: &PatchTable, max_index: u32) -> Result<(), GpuError> {
         if range.part.is_some_and(|part| part as usize >= PARTS.len()) {
             return fault(format!("{range:?} names no part"));
         }
-        if range.kind == Kind::Stitched && range.part.is_some() {
+        if !matches!(range.kind, Kind::Bicubic | Kind::Gregory) && range.part.is_some() {
             return fault(format!("{range:?} has parts, and its kind has none"));
         }
         let end = u64::from(range.first) + u64::from(range.count) * range.stride() as u64;

@@ -1,8 +1,8 @@
 //! What a rebuild does not keep: the way back from a vertex, a face or an edit to what stands where.
 
 use crate::mesh::{HalfEdgeMesh, NONE};
-use crate::patch::transition::{constellation, parts_of, PARTS};
-use crate::patch::{Kind, PatchTable};
+use crate::patch::remap::part_positions;
+use crate::patch::PatchTable;
 use crate::refine::edits::{resolve, resolve_paint};
 use crate::refine::{fate, Refinement};
 use crate::scene::Scene;
@@ -262,28 +262,4 @@ fn local(refinement: &Refinement, level: u32, slot: Slot) -> Option<u32> {
         h = 4 * child + (slot >> (2 * (level - l - 1)) & 3) as u32;
     }
     refinement.levels.get(level as usize).map(|_| h)
-}
-
-/// First index of each part of each transition face. Parts stand in their ranges in the order of the faces.
-pub(super) fn part_positions(table: &PatchTable) -> Vec<(u32, [u32; 4])> {
-    const KINDS: [Kind; 2] = [Kind::Bicubic, Kind::Gregory];
-    let mut at: [[u32; PARTS.len()]; 2] = [[NONE; PARTS.len()]; 2];
-    for range in &table.ranges {
-        if let (Some(part), Some(kind)) = (range.part, KINDS.iter().position(|&k| k == range.kind)) {
-            let first = &mut at[kind][part as usize];
-            // The levels of a part follow each other.
-            *first = (*first).min(range.first);
-        }
-    }
-    let mut found = Vec::new();
-    for (i, face) in table.faces.iter().enumerate().filter(|(_, f)| f.transition != 0) {
-        let kind = usize::from(face.kind == Kind::Gregory);
-        let mut firsts = [NONE; 4];
-        for (first, part) in firsts.iter_mut().zip(parts_of(constellation(face.transition))) {
-            *first = at[kind][part];
-            at[kind][part] += (face.kind.points() + crate::patch::transition::EXTRA_POINTS) as u32;
-        }
-        found.push((i as u32, firsts));
-    }
-    found
 }

@@ -1,11 +1,12 @@
 //! Control points of the faces near changed vertices: the faces are cut out of the levels with what they depend on, built
 //! like any other mesh, and what comes out replaces the old numbers in place.
 
-use super::index::{part_positions, Index};
+use super::index::Index;
 use super::Touched;
 use crate::mesh::NONE;
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
+use crate::patch::remap::part_positions;
 use crate::patch::transition::{constellation, parts_of, EXTRA_POINTS};
 use crate::patch::{Face, Kind, PatchTable};
 use crate::refine::{fate, Refinement, Rules};

@@ -171,15 +171,24 @@ fn inner_uv(part: Option<u8>, i: usize, s: f64, t: f64) -> [f64; 2] {
     [s * a[0] + t * b[0], s * a[1] + t * b[1]]
 }
 
-/// The side of the tessellator's domain that `coord` lies on and the parameter along it from its corner, if any.
-fn side_of(part: Option<u8>, coord: [f64; 3]) -> Option<(usize, f64)> {
+/// Whether `coord` lies on side `side` of the tessellator's domain, and the parameter along it from its corner; `None`
+/// where there is no such side. A corner lies on two sides.
+pub fn along_side(part: Option<u8>, coord: [f64; 3], side: usize) -> Option<(bool, f64)> {
     let [x, y, z] = coord;
-    let candidates: &[(f64, f64)] = if sides(part) == 3 {
-        &[(z, y), (x, z), (y, x)]
+    let (distance, along) = if sides(part) == 3 {
+        *[(z, y), (x, z), (y, x)].get(side)?
     } else {
-        &[(y, x), (1.0 - x, y), (1.0 - y, 1.0 - x), (x, 1.0 - y)]
+        *[(y, x), (1.0 - x, y), (1.0 - y, 1.0 - x), (x, 1.0 - y)].get(side)?
     };
-    candidates.iter().position(|&(distance, _)| distance < ON_SIDE).map(|side| (side, candidates[side].1))
+    Some((distance < ON_SIDE, along))
+}
+
+/// The side of the tessellator's domain that `coord` lies on and the parameter along it from its corner, if any.
+pub(super) fn side_of(part: Option<u8>, coord: [f64; 3]) -> Option<(usize, f64)> {
+    (0..sides(part)).find_map(|side| match along_side(part, coord, side) {
+        Some((true, along)) => Some((side, along)),
+        _ => None,
+    })
 }
 
 /// Where a tessellated vertex of a drawn patch lies in the face's domain. `coord` is the tessellator's coordinate

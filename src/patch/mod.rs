@@ -20,6 +20,7 @@
 //!   that belongs to edge i, which leaves corner i); 16 + i is `f_i-` (edge i - 1, which ends in corner i).
 //!   `F_A = (u f0+ + v f0-) / (u + v)`, and its three rotations.
 //! * **Stitched** (BLHK18 6.2): 32 points, 0 to 15 as drawn and then the curves that its sides run along, see [`stitched`].
+//! * **Remapped** (OpenSubdiv): 32 points, a transition face in one piece, see [`remap`].
 //! * **Transition parts** (NLMD12 section 4): a face with finer neighbours is drawn as two to four parts, see
 //!   [`transition`]. A part has the face's 16 or 20 points and then 8 more: the part's own four corners (a
 //!   triangle repeats its third), then two inner points for each of up to two half edges (see
@@ -35,6 +36,7 @@ pub mod eval;
 pub(crate) mod gregory;
 pub mod pack;
 pub mod points;
+pub mod remap;
 pub mod solid;
 pub mod space;
 pub mod stitched;
@@ -53,6 +55,10 @@ pub enum Kind {
     Gregory,
     /// Bicubic whose sides may have T-sections, 32 points: see [`stitched`].
     Stitched,
+    /// Bicubic transition face in one piece, 32 points: see [`remap`].
+    RemappedBicubic,
+    /// Gregory transition face in one piece, 32 points: see [`remap`].
+    RemappedGregory,
 }
 
 impl Kind {
@@ -61,7 +67,7 @@ impl Kind {
         match self {
             Kind::Bicubic => 16,
             Kind::Gregory => 20,
-            Kind::Stitched => 32,
+            Kind::Stitched | Kind::RemappedBicubic | Kind::RemappedGregory => 32,
         }
     }
 }
@@ -69,7 +75,7 @@ impl Kind {
 /// A run of patches drawn with one pipeline and one set of push constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DrawRange {
-    /// Bicubic or Gregory.
+    /// What is drawn.
     pub kind: Kind,
     /// `None`: whole patches. `Some(i)`: part `i` of [`transition::PARTS`].
     pub part: Option<u8>,

@@ -1,5 +1,7 @@
 //! How finely to tessellate. Twin of `glsl/inc/levels.glsl`.
 
+use super::{remap, DrawRange, Kind};
+
 /// The greatest tessellation level that every Vulkan device has.
 pub const MAX_LEVEL: f32 = 64.0;
 
@@ -25,7 +27,7 @@ pub struct Levels {
     pub half: f32,
     /// Sides inside the face.
     pub inner: f32,
-    /// Pixels a segment; 0: the three levels count.
+    /// Pixels a segment, at most `full` segments; 0: the three levels count.
     pub pixels: f32,
 }
 
@@ -35,28 +37,54 @@ impl TessRule {
     /// # Errors
     /// What is wrong and what to do, when it is not finite, not positive, or a fixed level above 64.
     pub fn check(self) -> Result<(), String> {
+        self.check_to(MAX_LEVEL)
+    }
+
+    /// The same where no level may exceed `most` ([`greatest`]).
+    ///
+    /// # Errors
+    /// As [`TessRule::check`].
+    pub fn check_to(self, most: f32) -> Result<(), String> {
         let (TessRule::Fixed(x) | TessRule::Base(x) | TessRule::Pixels(x)) = self;
         if !x.is_finite() || x <= 0.0 {
             let what = if matches!(self, TessRule::Pixels(_)) { "pixels a segment" } else { "tessellation level" };
             return Err(format!("{what} {x} is not a positive number; give one above 0"));
         }
-        if matches!(self, TessRule::Fixed(_)) && x > MAX_LEVEL {
-            return Err(format!("tessellation level {x} is above 64, the most a device has to have"));
+        if matches!(self, TessRule::Fixed(_)) && x > most {
+            return Err(match most < MAX_LEVEL {
+                true => format!("tessellation level {x} is above {most}, the most that remapped transition faces take"),
+                false => format!("tessellation level {x} is above 64, the most a device has to have"),
+            });
         }
         Ok(())
     }
 
     /// Levels of the sides of patches at subdivision level `level`.
     pub fn levels(self, level: u32) -> Levels {
-        let integer = |x: f32| x.ceil().clamp(1.0, MAX_LEVEL);
+        self.levels_to(level, MAX_LEVEL)
+    }
+
+    /// The same where no level exceeds `most` ([`greatest`]).
+    pub fn levels_to(self, level: u32, most: f32) -> Levels {
+        let integer = |x: f32| x.ceil().clamp(1.0, most);
         match self {
             TessRule::Fixed(t) => Levels { full: integer(t), half: integer(t), inner: integer(t), pixels: 0.0 },
             TessRule::Base(t) => {
                 let at = |l: u32| integer(t / 2f32.powi(l.min(100) as i32));
                 Levels { full: at(level), half: at(level.saturating_add(1)), inner: at(level), pixels: 0.0 }
             }
-            TessRule::Pixels(p) => Levels { full: MAX_LEVEL, half: MAX_LEVEL, inner: MAX_LEVEL, pixels: p },
+            TessRule::Pixels(p) => Levels { full: most, half: most, inner: most, pixels: p },
         }
+    }
+}
+
+/// Greatest level that a table with these ranges can have and stay without cracks.
+pub fn greatest(ranges: &[DrawRange]) -> f32 {
+    let remapped = |range: &DrawRange| matches!(range.kind, Kind::RemappedBicubic | Kind::RemappedGregory);
+    if ranges.iter().any(remapped) {
+        remap::MOST
+    } else {
+        MAX_LEVEL
     }
 }
 

@@ -75,6 +75,8 @@ pub struct Settings {
     pub rules: String,
     /// `gregory` or `bicubic` for irregular faces.
     pub patches: String,
+    /// `constellations`, `remap` or `remap-own` for transition faces.
+    pub transitions: String,
     /// Deepest level drawn.
     pub max_level: u64,
     /// Triangles of a frame before clipping, by formula; `null` for rule `pixels`.

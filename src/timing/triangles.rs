@@ -3,8 +3,9 @@
 //! A domain with integer levels, equal spacing, has V vertices of which B lie on its border; a triangulated disc of
 //! them has 2 V - B - 2 triangles (Euler). Outer levels decide B, inner levels the vertices inside.
 
+use crate::patch::remap;
 use crate::patch::stitched::Stitch;
-use crate::patch::tess::{triangle_vertices, Levels, TessRule, MAX_LEVEL};
+use crate::patch::tess::{greatest, triangle_vertices, Levels, TessRule, MAX_LEVEL};
 use crate::patch::transition::{Side, PARTS};
 use crate::patch::{ControlPoint, DrawRange, Kind, PatchTable};
 
@@ -47,6 +48,19 @@ fn of_patch(range: &DrawRange, levels: Levels) -> u64 {
     }
 }
 
+/// Triangles of transition faces in one piece.
+fn of_remapped(table: &PatchTable, range: &DrawRange, levels: Levels) -> u64 {
+    let [full, half] = [levels.full, levels.half].map(|x| x as u64);
+    let first = range.first as usize;
+    let patches = table.indices[first..first + range.stride() * range.count as usize].chunks_exact(range.stride());
+    let of_one = |indices: &[u32]| {
+        let points: Vec<ControlPoint> = indices.iter().map(|&i| table.control[i as usize]).collect();
+        let [a, b, c, d] = [0, 1, 2, 3].map(|e| if remap::mask(&points) >> e & 1 == 1 { 2 * half } else { full });
+        quad([a, b, c, d], [a.max(c), b.max(d)])
+    };
+    patches.map(of_one).sum()
+}
+
 /// Triangles of stitched patches: levels are even, those of stitched sides stand in the table.
 fn of_stitched(table: &PatchTable, range: &DrawRange, levels: Levels) -> u64 {
     let free = 2 * (levels.full.max(2.0) as u64).div_ceil(2);
@@ -65,9 +79,11 @@ pub fn count(table: &PatchTable, rule: TessRule) -> Option<u64> {
     if matches!(rule, TessRule::Pixels(_)) {
         return None;
     }
+    let most = greatest(&table.ranges);
     let of = |range: &DrawRange| match range.kind {
         Kind::Stitched => of_stitched(table, range, rule.levels(0)),
-        _ => u64::from(range.count) * of_patch(range, rule.levels(range.level)),
+        Kind::RemappedBicubic | Kind::RemappedGregory => of_remapped(table, range, rule.levels_to(range.level, most)),
+        _ => u64::from(range.count) * of_patch(range, rule.levels_to(range.level, most)),
     };
     Some(table.ranges.iter().map(of).sum())
 }

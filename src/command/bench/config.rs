@@ -1,6 +1,7 @@
 //! Flags that make one configuration of a scene.
 
-use crate::command::{ModeFlag, PatchesFlag, Refining, RulesFlag};
+use crate::command::{ModeFlag, PatchesFlag, Refining, RulesFlag, TransitionsFlag};
+use crate::patch::remap::Transitions;
 use crate::patch::tess::TessRule;
 use clap::{Args, Parser, ValueEnum};
 
@@ -40,6 +41,9 @@ pub struct Config {
     /// What draws irregular faces: Gregory patches (ACC2) or bicubics (ACC1) [default: gregory]
     #[arg(long, value_enum)]
     patches: Option<PatchesFlag>,
+    /// How transition faces are drawn [default: constellations]
+    #[arg(long, value_enum)]
+    transitions: Option<TransitionsFlag>,
     /// Level of --mode global; the finest edit level unless given
     #[arg(long, value_name = "L")]
     level: Option<u32>,
@@ -97,6 +101,7 @@ impl Config {
             mode: self.mode.or(base.mode),
             rules: self.rules.or(base.rules),
             patches: self.patches.or(base.patches),
+            transitions: self.transitions.or(base.transitions),
             level: self.level.or(base.level),
             isolate_level: self.isolate_level.or(base.isolate_level),
             tess: tess.tess,
@@ -163,6 +168,11 @@ impl Config {
             isolate: if global { 0 } else { self.isolate_level.unwrap_or(0) },
             no_cascade: false,
         }
+    }
+
+    /// How transition faces are drawn.
+    pub fn transitions(&self) -> Transitions {
+        self.transitions.unwrap_or_default().into()
     }
 
     /// Level that uniform subdivision goes to, if given.

@@ -11,6 +11,7 @@ use crate::ferguson::mesh::{HalfEdge, Journal, Mesh};
 use crate::ferguson::table::table;
 use crate::ferguson::traditional::{propagated, traditional};
 use crate::gpu::{DeviceTable, Frame, Gpu};
+use crate::patch::remap::Transitions;
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use crate::timing::record::Fields;
@@ -44,6 +45,9 @@ impl FergusonSource {
         let mut refining = config.refining();
         refining.mode = ModeFlag::Adaptive;
         refuse(&refining)?;
+        if config.transitions() != Transitions::Constellations {
+            return Err(Failure::input("--transitions goes with scenes of technique subdivision"));
+        }
         if config.local() || config.copies() > 1 {
             return Err(Failure::input("--local and --copies go with subdivision scenes; leave them out"));
         }

@@ -4,13 +4,14 @@ use super::subject::Subject;
 use super::Group;
 use crate::command::{print, print_json, Failure, Global};
 use crate::gpu::{Calibration, Format, Gpu};
+use crate::patch::remap::Transitions;
 use crate::patch::tess::TessRule;
 use crate::scene::write_atomically;
 use crate::timing::compare::{self, Folder};
 use crate::timing::host::{iso8601, sha256, Clocks, Host};
 use crate::timing::pair::{ratios, Ratio};
 use crate::timing::protocol::Protocol;
-use crate::timing::record::{Fields, SCOPES};
+use crate::timing::record::{Fields, Phase, SCOPES};
 use crate::timing::run::{self, Device, Document, Pair, Run, SceneFacts, ScopeResult, Settings, Timestamps, Tool};
 use crate::timing::trace::Trace;
 use serde::Serialize;
@@ -262,6 +263,12 @@ fn settings(subject: &Subject, validation: bool) -> Settings {
         mode: if config.is_global() { "global" } else { "adaptive" }.to_owned(),
         rules: facts.rules.to_owned(),
         patches: facts.patches.to_owned(),
+        transitions: match config.transitions() {
+            Transitions::Constellations => "constellations",
+            Transitions::Remap => "remap",
+            Transitions::RemapOwn => "remap-own",
+        }
+        .to_owned(),
         max_level: subject.counts.max_level,
         triangles: subject.triangles,
         edits: format!("{:?}", config.edits()).to_lowercase(),
@@ -287,15 +294,22 @@ fn pair(group: &Group, seed: u64) -> Option<Pair> {
 }
 
 /// The result for `--json`.
-pub fn result(folder: &Path, document: &Document) -> Value {
+pub fn result(folder: &Path, document: &Document, groups: &[Group]) -> Value {
+    // What the device counted in the last frame under a statistics query.
+    let counted = |i: usize, get: fn(&Fields) -> Option<u64>| {
+        let subject = groups.iter().flatten().nth(i)?;
+        subject.records.iter().rev().find(|record| record.phase == Phase::Stats).and_then(|record| get(&record.fields))
+    };
     json!({
         "schema": "gradtess.bench/1",
         "output": folder.display().to_string(),
         "device": document.device.name,
-        "runs": document.runs.iter().map(|run| json!({
+        "runs": document.runs.iter().enumerate().map(|(i, run)| json!({
             "label": run.label,
             "run_id": run.run_id,
             "triangles": run.settings.triangles,
+            "counted_triangles": counted(i, |f| f.clip_invocations),
+            "counted_vertices": counted(i, |f| f.tes_invocations),
             "tess_rule": run.settings.tess_rule,
             "tess_factor": run.settings.tess_factor,
             "results": run.results.iter().map(|(name, r)| (name.clone(), json!(r.pooled))).collect::<BTreeMap<_, _>>(),

@@ -9,6 +9,7 @@ use crate::incremental::{Outcome, State, ValueEdit};
 use crate::mesh::{self, MeshError};
 use crate::patch::build::{build, rebuild};
 use crate::patch::points::Irregular;
+use crate::patch::remap::Transitions;
 use crate::patch::tess::TessRule;
 use crate::patch::{Kind, PatchTable};
 use crate::refine::{fate, Options, Refinement};
@@ -115,6 +116,7 @@ pub struct SubdivisionSource {
     options: Options,
     irregular: Irregular,
     rules: RulesFlag,
+    transitions: Transitions,
     replay: Replay,
     replayed: Option<u32>,
     made: Option<(Refinement, PatchTable)>,
@@ -145,9 +147,14 @@ impl SubdivisionSource {
         let refinement = loaded.refine(options)?;
         let table = build(&refinement, irregular);
         let counts = counts_of(&refinement, &table);
+        let transitions = config.transitions();
+        let table = transitions.of(table);
         let replay = Replay::new(&loaded, config.edits())?;
         let state = match (config.local(), config.edits()) {
             (false, _) => None,
+            (true, _) if transitions != Transitions::Constellations => {
+                return Err(Failure::input("--local updates constellations; leave out --transitions remap"))
+            }
             (true, EditsFlag::Geometry | EditsFlag::Colour) => {
                 let mut state = State::new(loaded.scene.clone(), options, irregular).map_err(Failure::input)?;
                 state.prepare();
@@ -162,6 +169,7 @@ impl SubdivisionSource {
             options,
             irregular,
             rules,
+            transitions,
             replay,
             replayed,
             made,
@@ -254,7 +262,7 @@ impl Source for SubdivisionSource {
         fields.cpu_edit_ms = lap();
         let refinement = self.loaded.refine(self.options)?;
         fields.cpu_refine_ms = lap();
-        let made = rebuild(&refinement, self.irregular, std::mem::take(&mut self.spare));
+        let made = self.transitions.of(rebuild(&refinement, self.irregular, std::mem::take(&mut self.spare)));
         fields.cpu_patch_ms = lap();
         gpu.update(table, &made)?;
         fields.cpu_upload_ms = lap();

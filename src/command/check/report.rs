@@ -24,10 +24,34 @@ pub struct Report {
     pub first_cracks: Vec<[f64; 2]>,
     /// Distance from the limit in the first view.
     pub error: ErrorReport,
+    /// Of `--seams`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seams: Option<SeamReport>,
     /// Error against patches, by `--isolate-curve`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub isolate_curve: Vec<CurvePoint>,
     pub folds: FoldReport,
+}
+
+/// Whether both sides of all edges got the same bits.
+#[derive(Serialize)]
+pub struct SeamReport {
+    /// Segments on sides of patches and parts.
+    pub segments: usize,
+    /// Segments on the boundary of the mesh, which have one side.
+    pub boundary_segments: usize,
+    /// Others that have no partner.
+    pub open_segments: usize,
+}
+
+impl SeamReport {
+    pub fn text(&self) -> String {
+        format!(
+            "  seams: {} of {} segments inside have not the same bits on both sides\n",
+            self.open_segments,
+            self.segments - self.boundary_segments.min(self.segments)
+        )
+    }
 }
 
 /// One point of the curve of error against patches.
