@@ -34,27 +34,49 @@ pub struct Sample {
 }
 
 /// Most samples that one run makes; they are held in memory.
-const MOST: u64 = 4_000_000;
+pub(super) const MOST: u64 = 4_000_000;
 
+/// What `sample` gives of gradient meshes.
 #[derive(Serialize)]
-struct Report {
-    schema: &'static str,
-    scene: String,
-    exact: bool,
+pub(super) struct Samples {
+    pub schema: &'static str,
+    pub scene: String,
+    pub exact: bool,
     /// A sample is: face of M^0; corner of a face that is no quad (u, v then run over the quad at that corner), else null; u, v; x, y; r, g, b, a; level and kind of what is drawn there.
-    samples: Vec<Row>,
+    pub samples: Vec<Row>,
 }
 
 #[derive(Serialize)]
-struct Row {
-    face: u32,
-    corner: Option<u32>,
-    u: f64,
-    v: f64,
-    position: [f64; 2],
-    colour: [f64; 4],
-    level: u32,
-    kind: &'static str,
+pub(super) struct Row {
+    pub face: u32,
+    pub corner: Option<u32>,
+    pub u: f64,
+    pub v: f64,
+    pub position: [f64; 2],
+    pub colour: [f64; 4],
+    pub level: u32,
+    pub kind: &'static str,
+}
+
+impl Samples {
+    /// As JSON or as a table.
+    pub fn print(&self, global: &Global) -> Result<(), Failure> {
+        if global.json {
+            return print_json(self);
+        }
+        let mut out = String::from("face\tcorner\tu\tv\tx\ty\tr\tg\tb\ta\tlevel\tkind\n");
+        for s in &self.samples {
+            let corner = s.corner.map_or("-".to_string(), |c| c.to_string());
+            let [x, y] = s.position;
+            let [r, g, b, a] = s.colour;
+            out += &format!(
+                "{}\t{corner}\t{}\t{}\t{x}\t{y}\t{r}\t{g}\t{b}\t{a}\t{}\t{}\n",
+                s.face, s.u, s.v, s.level, s.kind
+            );
+        }
+        print(&out);
+        Ok(())
+    }
 }
 
 impl Sample {
@@ -141,22 +163,7 @@ impl Sample {
             }
             exact.clear();
         }
-        let report =
-            Report { schema: "gradtess.sample/1", scene: loaded.scene.name.clone(), exact: self.exact, samples };
-        if global.json {
-            return print_json(&report);
-        }
-        let mut out = String::from("face\tcorner\tu\tv\tx\ty\tr\tg\tb\ta\tlevel\tkind\n");
-        for s in &report.samples {
-            let corner = s.corner.map_or("-".to_string(), |c| c.to_string());
-            let [x, y] = s.position;
-            let [r, g, b, a] = s.colour;
-            out += &format!(
-                "{}\t{corner}\t{}\t{}\t{x}\t{y}\t{r}\t{g}\t{b}\t{a}\t{}\t{}\n",
-                s.face, s.u, s.v, s.level, s.kind
-            );
-        }
-        print(&out);
-        Ok(())
+        Samples { schema: "gradtess.sample/1", scene: loaded.scene.name.clone(), exact: self.exact, samples }
+            .print(global)
     }
 }

@@ -4,32 +4,7 @@
 use glam::{DVec2, DVec4};
 use gradtess::ferguson::mesh::{HalfEdge, Mesh};
 use gradtess::ferguson::split::Axis;
-
-/// SplitMix64: enough for tests, and the same numbers everywhere.
-pub struct Random(u64);
-
-impl Random {
-    pub fn new(seed: u64) -> Random {
-        Random(seed)
-    }
-
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// In [0, 1).
-    pub fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn below(&mut self, end: usize) -> usize {
-        (self.next() % end.max(1) as u64) as usize
-    }
-}
+pub use gradtess::timing::random::Random;
 
 pub fn close(a: DVec2, b: DVec2, by: f64) -> bool {
     (a - b).abs().max_element() < by

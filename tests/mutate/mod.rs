@@ -1,6 +1,9 @@
 //! Spoils documents for the parser tests: seeded, so that every failure can be repeated.
 
 use gradtess::scene::SceneError;
+pub use gradtess::timing::random::Random;
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::time::{Duration, Instant};
 
 /// Small documents in both formats that use every feature.
 #[allow(dead_code)] // not every test that spoils documents starts from these
@@ -23,25 +26,34 @@ pub fn documents() -> Vec<Vec<u8>> {
     vec![model.into(), json.into(), builtin.into()]
 }
 
-/// SplitMix64: enough for tests, and the same numbers everywhere.
-pub struct Random(u64);
-
-impl Random {
-    pub fn new(seed: u64) -> Random {
-        Random(seed)
+/// Spoils documents for two seconds or `GRADTESS_FUZZ_SECONDS` and gives them to `examine`, which says whether one still
+/// loads; those that do are spoiled further. A panic ends it with the input.
+#[allow(dead_code)] // not every test that spoils documents goes on for long
+pub fn survive(what: &str, mut documents: Vec<Vec<u8>>, examine: impl Fn(&[u8]) -> bool) {
+    let variable = |name: &str, default: u64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
+    let (seconds, seed) = (variable("GRADTESS_FUZZ_SECONDS", 2), variable("GRADTESS_FUZZ_SEED", 1));
+    let (kept, mut random) = (documents.len(), Random::new(seed));
+    let (start, mut inputs, mut loaded) = (Instant::now(), 0u64, 0u64);
+    while start.elapsed() < Duration::from_secs(seconds) {
+        let input = spoil(&documents[random.below(documents.len())], &documents, &mut random);
+        inputs += 1;
+        match catch_unwind(AssertUnwindSafe(|| examine(&input))) {
+            // Documents that still load are the way to inputs with several faults; a few are enough.
+            Ok(true) => {
+                loaded += 1;
+                let slot = kept + random.below(64);
+                if input.len() < 10_000 && slot < documents.len() {
+                    documents[slot] = input;
+                } else if input.len() < 10_000 {
+                    documents.push(input);
+                }
+            }
+            Ok(false) => {}
+            Err(_) => panic!("seed {seed}, input {inputs}: {:?}", String::from_utf8_lossy(&input)),
+        }
     }
-
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub fn below(&mut self, end: usize) -> usize {
-        (self.next() % end.max(1) as u64) as usize
-    }
+    println!("{inputs} {what} in {seconds} s, {loaded} of them loaded, seed {seed}");
+    assert!(loaded > 0 && loaded < inputs);
 }
 
 /// Pieces that tend to find weak spots: limits of number types, brackets, line ends, keys.
@@ -88,7 +100,7 @@ pub fn spoil(original: &[u8], others: &[Vec<u8>], random: &mut Random) -> Vec<u8
             0 => bytes.truncate(at),
             1 => drop(bytes.drain(at..end)),
             2 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
-            3 if at < bytes.len() => bytes[at] = random.next() as u8,
+            3 if at < bytes.len() => bytes[at] = random.bits() as u8,
             4 => {
                 let piece = PIECES[random.below(PIECES.len())];
                 bytes.splice(at..at, piece.bytes());

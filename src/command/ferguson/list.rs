@@ -1,6 +1,7 @@
 //! `gradtess patches` and `gradtess sample` of a gradient mesh.
 
 use super::open::Ferguson;
+use crate::command::sample::{Row, Samples, MOST};
 use crate::command::{print, print_json, Failure, Global};
 use crate::ferguson::mesh::HalfEdge;
 use serde::Serialize;
@@ -64,30 +65,6 @@ pub fn patches(ferguson: &Ferguson, global: &Global) -> Result<(), Failure> {
     Ok(())
 }
 
-#[derive(Serialize)]
-struct Samples {
-    schema: &'static str,
-    scene: String,
-    /// The patches are exact, so both kinds of samples are the same.
-    exact: bool,
-    samples: Vec<Row>,
-}
-
-#[derive(Serialize)]
-struct Row {
-    face: u32,
-    corner: Option<u32>,
-    u: f64,
-    v: f64,
-    position: [f64; 2],
-    colour: [f64; 4],
-    level: u32,
-    kind: &'static str,
-}
-
-/// Most samples that one run makes; they are held in memory.
-const MOST: u64 = 4_000_000;
-
 /// Samples every patch of the mesh at n by n parameters; colours are sRGB, not clamped.
 pub fn sample(ferguson: &Ferguson, n: u32, exact: bool, global: &Global) -> Result<(), Failure> {
     let mesh = &ferguson.mesh;
@@ -114,15 +91,6 @@ pub fn sample(ferguson: &Ferguson, n: u32, exact: bool, global: &Global) -> Resu
             });
         }
     }
-    let report = Samples { schema: "gradtess.sample/1", scene: mesh.name.clone(), exact, samples };
-    if global.json {
-        return print_json(&report);
-    }
-    let mut out = String::from("face\tcorner\tu\tv\tx\ty\tr\tg\tb\ta\tlevel\tkind\n");
-    for s in &report.samples {
-        let ([x, y], [r, g, b, a]) = (s.position, s.colour);
-        out += &format!("{}\t-\t{}\t{}\t{x}\t{y}\t{r}\t{g}\t{b}\t{a}\t{}\t{}\n", s.face, s.u, s.v, s.level, s.kind);
-    }
-    print(&out);
-    Ok(())
+    // The patches are exact, so both kinds of samples are the same.
+    Samples { schema: "gradtess.sample/1", scene: mesh.name.clone(), exact, samples }.print(global)
 }
