@@ -58,6 +58,7 @@ pub const FIGURES: &[Figure] = &[
     zhhk22::fig_21::FIGURE,
     zhhk22::fig_22::FIGURE,
     zhhk22::isolate::FIGURE,
+    zhhk22::pixels::FIGURE,
     zhhk22::remap::FIGURE,
     blhk18::table_1::FIGURE,
     blhk18::fig_4::FIGURE,

@@ -14,6 +14,7 @@ pub mod fig_7;
 pub mod fig_8;
 pub mod fig_9;
 pub mod isolate;
+pub mod pixels;
 pub mod remap;
 pub mod show;
 pub mod table_1;

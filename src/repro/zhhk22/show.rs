@@ -39,9 +39,17 @@ pub fn error(sheet: &mut Sheet, scene: &str, name: &str, flags: &str, what: &str
     let max = found.pointer("/error/max_percent").and_then(Value::as_f64);
     let max = max.map_or_else(|| "nothing to compare".to_owned(), |x| format!("maximum {x:.3} %"));
     sheet.picture(&file, format!("{what}, distance from the limit × 200: {max}"));
+    Ok(error_cells(&found))
+}
+
+/// The same cells without a picture, at a tessellation of the caller's.
+pub fn error_at(sheet: &mut Sheet, scene: &str, flags: &str) -> Result<Vec<String>, ReproError> {
+    Ok(error_cells(&sheet.run(&format!("check {scene} --zooms 0 --size 480x480 {flags}"))?))
+}
+
+fn error_cells(found: &Value) -> Vec<String> {
     let at = ["max_percent", "mean_percent", "bicubic/max_percent", "gregory/max_percent", "worst/kind", "worst/level"];
-    let cells = at.iter().chain(&["edge_pixels"]).map(|key| cell(&found, &format!("/error/{key}")));
-    Ok(cells.collect())
+    at.iter().chain(&["edge_pixels"]).map(|key| cell(found, &format!("/error/{key}"))).collect()
 }
 
 /// Faces of a whole mesh as `gradtess mesh` prints it: their corners.

@@ -26,6 +26,15 @@ pub fn protocol(sheet: &Sheet) -> &'static str {
     }
 }
 
+/// Pixels across and down of what is timed.
+pub fn size(sheet: &Sheet) -> &'static str {
+    if sheet.full() {
+        "1920x1080"
+    } else {
+        "640x360"
+    }
+}
+
 /// Measures the cases and fills the sheet with their table and bars.
 pub fn measure(sheet: &mut Sheet, cases: &[Case]) -> Result<(), ReproError> {
     let mut rows = Vec::new();
