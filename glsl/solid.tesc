@@ -1,6 +1,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
-// Copies the control points of a surface in space and sets one level for all edges. Compiled for GREGORY 0 and 1.
+// Copies the control points of a surface in space and sets the levels: one for all edges but those beside finer patches.
+// Compiled for GREGORY 0 and 1, TRANSITION 0 and 1.
 #include "inc/solid.glsl"
 
 layout(location = 0) in vec4 control_a[];
@@ -8,7 +9,9 @@ layout(location = 1) in vec4 control_b[];
 layout(location = 0) out vec4 out_a[];
 layout(location = 1) out vec4 out_b[];
 
-#if GREGORY
+#if TRANSITION
+layout(vertices = 32) out;
+#elif GREGORY
 layout(vertices = 20) out;
 #else
 layout(vertices = 16) out;
@@ -19,8 +22,15 @@ void main()
     out_a[gl_InvocationID] = control_a[gl_InvocationID];
     out_b[gl_InvocationID] = control_b[gl_InvocationID];
     if (gl_InvocationID == 0) {
+#if TRANSITION
+        uint finer = uint(control_a[31].x);
+#else
+        uint finer = 0u;
+#endif
         for (int i = 0; i < 4; i++) {
-            gl_TessLevelOuter[i] = push.tess;
+            // Outer level 0 is u = 0, side 3; 1 is v = 0, side 0; and on.
+            bool is_finer = ((finer >> uint((i + 3) & 3)) & 1u) == 1u;
+            gl_TessLevelOuter[i] = is_finer ? 2.0 * push.finer : push.tess;
         }
         gl_TessLevelInner[0] = push.tess;
         gl_TessLevelInner[1] = push.tess;

@@ -1,8 +1,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 // Evaluates a patch of a surface in space: position, geometric normal by the derivatives, subdivided normal, weight.
-// On sides, positions come from the side's own cubic at k/L, so that neighbours get the same bits. Compiled for GREGORY
-// 0 and 1. CPU twin: src/surface/patch_eval.rs.
+// On sides, positions come from the side's own cubic at k/L, so that neighbours get the same bits; beside finer patches,
+// from the cubics of those. Compiled for GREGORY 0 and 1, TRANSITION 0 and 1. CPU twin: src/surface/patch_eval.rs.
 #include "inc/solid.glsl"
 
 layout(quads, equal_spacing, cw) in;
@@ -82,17 +82,38 @@ void main()
     vec2 uv = c;
     if (side >= 0) {
         float at = side == 0 ? c.x : side == 1 ? c.y : side == 2 ? 1.0 - c.x : 1.0 - c.y;
-        float level = push.tess;
-        float k = floor(at * level + 0.5);
-        precise float t = k / level;
-        precise float s = (level - k) / level;
         const ivec4 sides[4] = ivec4[](ivec4(0, 1, 2, 3), ivec4(3, 7, 11, 15), ivec4(15, 14, 13, 12), ivec4(12, 8, 4, 0));
         ivec4 q = sides[side];
+        float level = push.tess;
+        float k = floor(at * level + 0.5);
+#if TRANSITION
+        uint finer = uint(control_a[31].x);
+        if (((finer >> uint(side)) & 1u) == 1u) {
+            level = push.finer;
+            k = floor(at * 2.0 * level + 0.5);
+            uv.x = k / (2.0 * level);
+            int first = 16 + 5 * bitCount(finer & ((1u << uint(side)) - 1u));
+            if (k < level) {
+                q = ivec4(q.x, first, first + 1, first + 2);
+            } else {
+                k -= level;
+                q = ivec4(first + 2, first + 3, first + 4, q.w);
+            }
+        } else {
+            uv.x = k / level;
+        }
+#else
+        uv.x = k / level;
+#endif
+        precise float t = k / level;
+        precise float s = (level - k) / level;
         // A corner is its control point.
         vec4 w = k <= 0.0 ? vec4(1.0, 0.0, 0.0, 0.0) : k >= level ? vec4(0.0, 0.0, 0.0, 1.0) : bernstein(s, t);
         v = Value(cubic(w, control_a[q.x], control_a[q.y], control_a[q.z], control_a[q.w]),
                   cubic(w, control_b[q.x], control_b[q.y], control_b[q.z], control_b[q.w]));
-        uv = side == 0 ? vec2(t, 0.0) : side == 1 ? vec2(1.0, t) : side == 2 ? vec2(s, 1.0) : vec2(0.0, s);
+        float along = uv.x;
+        uv = side == 0 ? vec2(along, 0.0) : side == 1 ? vec2(1.0, along)
+           : side == 2 ? vec2(1.0 - along, 1.0) : vec2(0.0, 1.0 - along);
     } else {
         v = surface(uv);
     }

@@ -5,6 +5,7 @@ mod mutate;
 
 use gradtess::mesh;
 use gradtess::scene::surface::SurfaceScene;
+use gradtess::surface::adaptive::Depth;
 use gradtess::surface::level::{Level, Scheme};
 use gradtess::surface::patches::{first_level, patches};
 use gradtess::surface::refine::levels;
@@ -44,8 +45,10 @@ fn examine(bytes: &[u8]) -> bool {
         assert!(shaded.weight.iter().all(|w| (0.0..=1.0).contains(w)));
         assert!(limit_positions(&levels[2]).iter().all(|p| p.is_finite()));
         let control = Level::new(scene, &mesh, scheme).unwrap();
-        if scheme == Scheme::CatmullClark && first_level(&control) <= 2 {
-            let made = patches(&levels, &scene.normals, &Settings::default());
+        if scheme == Scheme::CatmullClark && first_level(&control) <= 4 {
+            let settings = Settings::default();
+            let depth = Depth::adaptive(first_level(&control).max(3), &settings);
+            let (_, made) = patches(&control, &scene.normals, &settings, depth);
             assert!(made.control.iter().flatten().all(|x| x.is_finite()));
         }
     }

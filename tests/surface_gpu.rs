@@ -8,8 +8,9 @@ use gradtess::camera::{Camera, Projection};
 use gradtess::check::solid_cracks::{look_around, triangles_of};
 use gradtess::gpu::{Pixels, SolidFrame, SolidShow, Tessellation};
 use gradtess::mesh;
-use gradtess::patch::solid::SolidTable;
+use gradtess::patch::solid::{Segments, SolidTable};
 use gradtess::scene::surface::SurfaceScene;
+use gradtess::surface::adaptive::Depth;
 use gradtess::surface::drawing;
 use gradtess::surface::level::{Level, Scheme};
 use gradtess::surface::patches::patches;
@@ -129,16 +130,16 @@ fn normals_are_seen_from_either_side_and_lines_lie_on_faces() {
 fn patches_have_no_cracks_and_the_sides_of_triangles() {
     with_gpu(|gpu| {
         for text in [CUBE.to_string(), CUBE.replace("t crease", "t creased")] {
-            let levels = levels_of(&text, Scheme::CatmullClark, 2);
-            let made = patches(&levels, &[], &Settings::default());
-            let last = levels.last().unwrap();
-            let bounds = gradtess::camera::bounds(last.position.iter().copied()).unwrap();
+            let control = &levels_of(&text, Scheme::CatmullClark, 0)[0];
+            let (_, made) = patches(control, &[], &Settings::default(), Depth::adaptive(3, &Settings::default()));
+            assert!(!made.transition.is_empty());
+            let bounds = gradtess::camera::bounds(control.position.iter().copied()).unwrap();
             let table = drawing::patches(&made, bounds);
-            for level in [1, 5] {
-                let tessellation = Tessellation { level, ..Tessellation::default() };
-                let triangles = drawing::tessellated(&made, level);
+            for segments in [Segments::Fixed(1), Segments::Fixed(5), Segments::Base(12)] {
+                let tessellation = Tessellation { segments, ..Tessellation::default() };
+                let triangles = drawing::tessellated(&made, segments);
                 let found = look_around(gpu, &table, &triangles, tessellation, [5, 96], 7).unwrap();
-                assert!(found.cracks == 0 && found.covered > 4000, "{level}: {found:?}");
+                assert!(found.cracks == 0 && found.covered > 4000, "{segments:?}: {found:?}");
             }
             // A closed surface: its front is what is seen, by triangles and by patches.
             let camera = Camera::orbit(bounds, 40.0, 25.0, Projection::Perspective { fov: 30.0 }, 1.0);

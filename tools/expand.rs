@@ -27,7 +27,7 @@ const fn out(name: &'static str, source: &'static str, defines: &'static [(&'sta
 
 /// Every output, in the order of the manifest.
 #[rustfmt::skip]
-pub const OUTPUTS: [Output; 43] = [
+pub const OUTPUTS: [Output; 45] = [
     out("patch.vert", "patch.vert", &[]),
     out("bicubic.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "0")]),
     out("bicubic_triangle.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "1")]),
@@ -67,10 +67,12 @@ pub const OUTPUTS: [Output; 43] = [
     out("pattern.tesc", "pattern.tesc", &[]),
     out("pattern.tese", "pattern.tese", &[]),
     out("pattern.frag", "pattern.frag", &[]),
-    out("solid_bicubic.tesc", "solid.tesc", &[("GREGORY", "0")]),
-    out("solid_gregory.tesc", "solid.tesc", &[("GREGORY", "1")]),
-    out("solid_bicubic.tese", "solid.tese", &[("GREGORY", "0")]),
-    out("solid_gregory.tese", "solid.tese", &[("GREGORY", "1")]),
+    out("solid_bicubic.tesc", "solid.tesc", &[("GREGORY", "0"), ("TRANSITION", "0")]),
+    out("solid_gregory.tesc", "solid.tesc", &[("GREGORY", "1"), ("TRANSITION", "0")]),
+    out("solid_transition.tesc", "solid.tesc", &[("GREGORY", "0"), ("TRANSITION", "1")]),
+    out("solid_bicubic.tese", "solid.tese", &[("GREGORY", "0"), ("TRANSITION", "0")]),
+    out("solid_gregory.tese", "solid.tese", &[("GREGORY", "1"), ("TRANSITION", "0")]),
+    out("solid_transition.tese", "solid.tese", &[("GREGORY", "0"), ("TRANSITION", "1")]),
 ];
 
 /// Text of `glsl/NAME` with every `#include "..."` (relative to `glsl/`) replaced by the file's text, and the

@@ -6,6 +6,6 @@ layout(push_constant, std430) uniform Push {
     vec4 up;          // xyz: upwards in the picture; w: exponent of the blend weight
     uint show;        // 0 shaded, 1 highlight lines, 2 reflection lines, 3 normals, 4 weights, 5 plain colours, 6 sides
     uint normals;     // patches: 0 blended, 1 geometric, 2 subdivided
-    float tess;       // patches: level of all edges
-    uint unused;
+    float tess;       // patches: level of their edges
+    float finer;      // patches: the same on the next level
 } push;

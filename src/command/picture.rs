@@ -5,6 +5,7 @@ use crate::camera::{Camera, Projection};
 use crate::gpu::{Format, Frame, Show};
 use crate::patch::eval::{side_points, sides};
 use crate::patch::remap::Transitions;
+use crate::patch::solid::Segments;
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use clap::Args;
@@ -71,13 +72,28 @@ impl PictureFlags {
         }
     }
 
-    /// Segments an edge of patches in space, where `--tess` asks for patches.
-    pub fn segments(&self) -> Result<Option<u32>, Failure> {
-        match self.tess.fixed {
-            None => Ok(None),
-            Some(t) if (1.0..=64.0).contains(&t) && t.fract() == 0.0 => Ok(Some(t as u32)),
-            Some(t) => Err(Failure::input(format_args!("--tess {t} is no whole number from 1 to 64"))),
+    /// Segments of patches in space, where `--tess` or `--tess-base` asks for patches.
+    pub fn segments(&self) -> Result<Option<Segments>, Failure> {
+        let whole = |name: &str, t: f32| match (1.0..=64.0).contains(&t) && t.fract() == 0.0 {
+            true => Ok(t as u32),
+            false => Err(Failure::input(format_args!("{name} {t} is no whole number from 1 to 64"))),
+        };
+        match (self.tess.fixed, self.tess.base) {
+            (Some(t), _) => Ok(Some(Segments::Fixed(whole("--tess", t)?))),
+            (None, Some(t)) => Ok(Some(Segments::Base(whole("--tess-base", t)?))),
+            (None, None) => Ok(None),
         }
+    }
+
+    /// Refuses flags that surfaces in space do not take.
+    pub fn refuse_flat(&self) -> Result<(), Failure> {
+        if self.view.is_some() {
+            return Err(Failure::input("--view goes with scenes in the plane; use --orbit or --eye here"));
+        }
+        if self.tess.pixels.is_some() {
+            return Err(Failure::input("--pixels goes with gradient meshes; use --tess or --tess-base here"));
+        }
+        Ok(())
     }
 
     /// Refuses flags that only scenes in the plane take.

@@ -68,6 +68,7 @@ pub(super) fn solid(primitive: Primitive) -> Option<[Spv; 2]> {
         Primitive::Triangles | Primitive::Lines => None,
         Primitive::Bicubic => Some([spv!("solid_bicubic.tesc"), spv!("solid_bicubic.tese")]),
         Primitive::Gregory => Some([spv!("solid_gregory.tesc"), spv!("solid_gregory.tese")]),
+        Primitive::Transition => Some([spv!("solid_transition.tesc"), spv!("solid_transition.tese")]),
     }
 }
 

@@ -10,7 +10,7 @@ use super::query::Statistics;
 use super::shader;
 use super::target::Passes;
 use crate::camera::{Camera, Projection};
-use crate::patch::solid::{Primitive, SolidTable};
+use crate::patch::solid::{Primitive, Segments, SolidTable};
 use ash::vk;
 use glam::{DMat4, DVec3};
 use std::rc::Rc;
@@ -50,8 +50,8 @@ pub enum SolidNormals {
 /// How patches are drawn; triangles do not care.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tessellation {
-    /// Segments of every edge, a whole number from 1 to 64.
-    pub level: u32,
+    /// Segments of edges, from 1 to 64; a side with finer neighbours may have as many, too.
+    pub segments: Segments,
     /// Normals.
     pub normals: SolidNormals,
     /// Exponent of the blend weight.
@@ -60,7 +60,7 @@ pub struct Tessellation {
 
 impl Default for Tessellation {
     fn default() -> Self {
-        Tessellation { level: 16, normals: SolidNormals::default(), power: 1.0 }
+        Tessellation { segments: Segments::Fixed(16), normals: SolidNormals::default(), power: 1.0 }
     }
 }
 
@@ -96,7 +96,7 @@ struct SolidPush {
     show: u32,
     normals: u32,
     tess: f32,
-    unused: u32,
+    finer: f32,
 }
 
 const _: () = assert!(size_of::<SolidPush>() == 128);
@@ -131,8 +131,8 @@ impl SolidPush {
                 SolidNormals::Geometric => 1,
                 SolidNormals::Subdivided => 2,
             },
-            tess: frame.tessellation.level as f32,
-            unused: 0,
+            tess: 1.0,
+            finer: 1.0,
         }
     }
 }
@@ -154,6 +154,8 @@ struct Step {
     count: u32,
     /// Most indices in one draw call.
     most: u32,
+    /// Level of patches.
+    level: u32,
 }
 
 /// A frame with its table on the device; the camera may change from run to run.
@@ -207,11 +209,12 @@ impl PreparedSolid {
                 _ if !llvmpipe => u32::MAX / points * points,
                 Primitive::Triangles | Primitive::Lines => MOST_INDICES,
                 // As many patches as make so many vertices.
-                Primitive::Bicubic | Primitive::Gregory => {
-                    (MOST_INDICES / (frame.tessellation.level + 1).pow(2)).max(1) * points
+                Primitive::Bicubic | Primitive::Gregory | Primitive::Transition => {
+                    (MOST_INDICES / (frame.tessellation.segments.at(part.level) + 1).pow(2)).max(1) * points
                 }
             };
-            made.steps.push(Step { pipeline, first: part.first, count: part.count * points, most });
+            let (first, count) = (part.first, part.count * points);
+            made.steps.push(Step { pipeline, first, count, most, level: part.level });
         }
         if !table.vertices.is_empty() && !table.indices.is_empty() {
             made.buffers = made.shared.upload(&[
@@ -243,7 +246,7 @@ impl PreparedSolid {
             topology: match primitive {
                 Primitive::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
                 Primitive::Lines => vk::PrimitiveTopology::LINE_LIST,
-                Primitive::Bicubic | Primitive::Gregory => vk::PrimitiveTopology::PATCH_LIST,
+                Primitive::Bicubic | Primitive::Gregory | Primitive::Transition => vk::PrimitiveTopology::PATCH_LIST,
             },
             patch_points: if primitive.is_patch() { primitive.points() as u32 } else { 0 },
             wire: false,
@@ -289,9 +292,10 @@ impl PreparedSolid {
         unsafe {
             device.cmd_bind_vertex_buffers(commands, 0, &[vertices.handle], &[0]);
             device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
-            let push = bytes_of(std::slice::from_ref(&self.push));
-            device.cmd_push_constants(commands, self.layout, STAGES, 0, push);
             for step in &self.steps {
+                let segments = |level| self.frame.tessellation.segments.at(level) as f32;
+                let push = SolidPush { tess: segments(step.level), finer: segments(step.level + 1), ..self.push };
+                device.cmd_push_constants(commands, self.layout, STAGES, 0, bytes_of(std::slice::from_ref(&push)));
                 device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, step.pipeline);
                 for from in (0..step.count).step_by(step.most as usize) {
                     let count = step.most.min(step.count - from);
@@ -330,8 +334,17 @@ fn check(context: &Context, table: &SolidTable, frame: &SolidFrame) -> Result<()
             return fault(format!("solid table: {part:?} runs past the {} indices", table.indices.len()));
         }
     }
-    if !(1..=64).contains(&frame.tessellation.level) {
-        return fault(format!("{} segments an edge; give 1 to 64", frame.tessellation.level));
+    for part in table.parts.iter().filter(|part| part.count > 0 && part.primitive.is_patch()) {
+        let n = frame.tessellation.segments.at(part.level);
+        if !(1..=64).contains(&n) {
+            return fault(format!("{n} segments an edge; give 1 to 64"));
+        }
+        let finer = frame.tessellation.segments.at(part.level + 1);
+        if part.primitive == Primitive::Transition && finer > 32 {
+            return fault(format!(
+                "{finer} segments an edge beside coarser patches, which have room for 32 of each of two; give fewer"
+            ));
+        }
     }
     let finite = table.vertices.iter().flatten().all(|x| x.is_finite());
     let aspect = f64::from(frame.width) / f64::from(frame.height.max(1));

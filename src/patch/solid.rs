@@ -13,6 +13,9 @@ pub enum Primitive {
     Bicubic,
     /// 20 points of a Gregory patch.
     Gregory,
+    /// 32 points of a bicubic patch with finer neighbours: its 16, the two inner points of the first half, the middle and
+    /// the two inner points of the second half of up to three sides, and one whose x has bit i set where side i has them.
+    Transition,
 }
 
 impl Primitive {
@@ -23,6 +26,7 @@ impl Primitive {
             Primitive::Lines => 2,
             Primitive::Bicubic => 16,
             Primitive::Gregory => 20,
+            Primitive::Transition => 32,
         }
     }
 }
@@ -30,7 +34,7 @@ impl Primitive {
 impl Primitive {
     /// Whether the tessellator draws it.
     pub const fn is_patch(self) -> bool {
-        matches!(self, Primitive::Bicubic | Primitive::Gregory)
+        matches!(self, Primitive::Bicubic | Primitive::Gregory | Primitive::Transition)
     }
 }
 
@@ -43,6 +47,27 @@ pub struct Part {
     pub first: u32,
     /// Primitives.
     pub count: u32,
+    /// Level of patches.
+    pub level: u32,
+}
+
+/// Segments that the tessellator makes of a patch's sides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Segments {
+    /// As many on every level, 1 to 64.
+    Fixed(u32),
+    /// That many on level 0, half as many on each further level, but at least 1.
+    Base(u32),
+}
+
+impl Segments {
+    /// Of a patch of `level`. A side whose neighbour is finer has twice those of the next level.
+    pub fn at(self, level: u32) -> u32 {
+        match self {
+            Segments::Fixed(n) => n,
+            Segments::Base(n) => n.checked_shr(level).unwrap_or(0).max(1),
+        }
+    }
 }
 
 /// A scene in space, relative to [`SolidTable::centre`] so that `f32` resolves it wherever it lies.
@@ -75,9 +100,14 @@ impl SolidTable {
 
     /// Adds a part of all indices that no part has yet.
     pub fn part(&mut self, primitive: Primitive) {
+        self.part_of_level(primitive, 0);
+    }
+
+    /// The same with patches of `level`.
+    pub fn part_of_level(&mut self, primitive: Primitive, level: u32) {
         let first = self.parts.iter().map(|p| p.first + p.count * p.primitive.points() as u32).max().unwrap_or(0);
         let count = (self.indices.len() as u32 - first) / primitive.points() as u32;
-        self.parts.push(Part { primitive, first, count });
+        self.parts.push(Part { primitive, first, count, level });
     }
 
     /// Bytes on the device.

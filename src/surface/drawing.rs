@@ -6,7 +6,7 @@ use super::patches::Patches;
 use super::shade::Shaded;
 use crate::camera::bounds;
 use crate::mesh::NONE;
-use crate::patch::solid::{Primitive, SolidTable};
+use crate::patch::solid::{Primitive, Segments, SolidTable};
 use glam::DVec3;
 
 /// Indexed triangles of `level`: a vertex a wedge, so that vertices are repeated where they have several normals and
@@ -28,31 +28,83 @@ pub fn triangles(level: &Level, shaded: &Shaded, positions: &[DVec3], normals: &
     table
 }
 
-/// Patches within `bounds`, those of one kind together.
+/// Patches within `bounds`, those of one kind and level together.
 pub fn patches(patches: &Patches, bounds: [DVec3; 2]) -> SolidTable {
     let mut table = SolidTable::new(bounds);
     for &[x, y, z, b, nx, ny, nz, _] in &patches.control {
         table.vertex(DVec3::new(x, y, z), b, DVec3::new(nx, ny, nz));
     }
-    table.indices.extend(patches.bicubic.iter().flat_map(|(ids, _)| ids));
-    table.part(Primitive::Bicubic);
-    table.indices.extend(patches.gregory.iter().flat_map(|(ids, _)| ids));
-    table.part(Primitive::Gregory);
+    for run in patches.bicubic.chunk_by(|a, b| a.1.level == b.1.level) {
+        table.indices.extend(run.iter().flat_map(|(ids, _)| ids));
+        table.part_of_level(Primitive::Bicubic, run[0].1.level);
+    }
+    // What tells the shader which sides have finer neighbours: a vertex for each set of sides.
+    let mut mask = [None; 16];
+    for run in patches.transition.chunk_by(|a, b| a.place.level == b.place.level) {
+        for t in run {
+            let mask = *mask[t.sides as usize].get_or_insert_with(|| {
+                table.vertices.push([f32::from(t.sides), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                table.vertices.len() as u32 - 1
+            });
+            table.indices.extend(t.points.iter().chain(&t.halves).chain([&mask]));
+        }
+        table.part_of_level(Primitive::Transition, run[0].place.level);
+    }
+    for run in patches.gregory.chunk_by(|a, b| a.1.level == b.1.level) {
+        table.indices.extend(run.iter().flat_map(|(ids, _)| ids));
+        table.part_of_level(Primitive::Gregory, run[0].1.level);
+    }
     table
 }
 
-/// The triangles that the tessellator makes of `patches` with `n` segments an edge, for intersections on the CPU.
-pub fn tessellated(patches: &Patches, n: u32) -> Vec<[DVec3; 3]> {
+/// The triangles that the tessellator makes of `patches`, but for how it joins a side's vertices to the inner ones: for
+/// intersections on the CPU.
+pub fn tessellated(patches: &Patches, segments: Segments) -> Vec<[DVec3; 3]> {
     let mut out = Vec::new();
-    for (kind, control, _) in patches.iter() {
-        let at = |i: u32, j: u32| point(kind, &control, f64::from(i) / f64::from(n), f64::from(j) / f64::from(n), 1.0);
+    for patch in patches.iter() {
+        let own = segments.at(patch.place.level);
+        let finer = 2 * segments.at(patch.place.level + 1);
+        let outer: [u32; 4] = std::array::from_fn(|i| if patch.sides >> i & 1 == 1 { finer } else { own });
+        let n = if own == 1 && outer != [1; 4] { 2 } else { own };
+        let at = |u: f64, v: f64| point(patch.kind, &patch.control, u, v, 1.0).position;
+        if n == 1 {
+            let [a, b, c, d] = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
+            out.extend([[a, b, c], [a, c, d]]);
+            continue;
+        }
+        let step = |i: u32| f64::from(i) / f64::from(n);
         let grid: Vec<DVec3> =
-            (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))).map(|(i, j)| at(i, j).position).collect();
+            (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))).map(|(i, j)| at(step(i), step(j))).collect();
         let p = |i: u32, j: u32| grid[(j * (n + 1) + i) as usize];
-        for j in 0..n {
-            for i in 0..n {
-                out.push([p(i, j), p(i + 1, j), p(i + 1, j + 1)]);
-                out.push([p(i, j), p(i + 1, j + 1), p(i, j + 1)]);
+        for (j, i) in (1..n - 1).flat_map(|j| (1..n - 1).map(move |i| (j, i))) {
+            out.push([p(i, j), p(i + 1, j), p(i + 1, j + 1)]);
+            out.push([p(i, j), p(i + 1, j + 1), p(i, j + 1)]);
+        }
+        for (side, &outer) in outer.iter().enumerate() {
+            // (t, s): along the side from its corner, and inwards.
+            let from = |t: f64, s: f64| match side {
+                0 => [t, s],
+                1 => [1.0 - s, t],
+                2 => [1.0 - t, 1.0 - s],
+                _ => [s, 1.0 - t],
+            };
+            let point = |t: f64, s: f64| {
+                let [u, v] = from(t, s);
+                at(u, v)
+            };
+            // Both rows, and each step along the one that is behind.
+            let (mut i, mut j) = (0, 1);
+            let outside = |i: u32| point(f64::from(i) / f64::from(outer), 0.0);
+            let inside = |j: u32| point(step(j), step(1));
+            while i < outer || j < n - 1 {
+                let outer_next = j == n - 1 || (i < outer && (i + 1) * n <= j * outer + outer / 2);
+                if outer_next {
+                    out.push([outside(i), outside(i + 1), inside(j)]);
+                    i += 1;
+                } else {
+                    out.push([outside(i), inside(j + 1), inside(j)]);
+                    j += 1;
+                }
             }
         }
     }

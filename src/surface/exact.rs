@@ -2,34 +2,38 @@
 
 use super::level::Level;
 use super::limit::{limit_normal, limit_value, shape};
-use super::refine::refine;
+use super::part::step;
 use glam::DVec3;
 
-/// A level, and one some steps finer.
+/// Some faces of a level, some steps finer.
 pub struct Exact {
     finer: Level,
-    steps: u32,
+    /// For each step, the finer face at the corner of each half-edge of a face that was refined.
+    child: Vec<Vec<u32>>,
 }
 
 impl Exact {
-    /// Refines `level` (quads, Catmull-Clark) by `steps`.
-    pub fn new(level: &Level, steps: u32) -> Exact {
-        let mut finer = level.clone();
+    /// Refines `faces` of `level` (quads, Catmull-Clark, with all their neighbours) by `steps`.
+    pub fn new(level: &Level, faces: &[bool], steps: u32) -> Exact {
+        let (mut finer, mut child, mut faces) = (level.clone(), Vec::new(), faces.to_vec());
         for _ in 0..steps {
-            finer = refine(&finer);
+            let done = step(&finer, &faces);
+            child.push(done.from.inside);
+            (finer, faces) = (done.next, done.owned);
         }
-        Exact { finer, steps }
+        Exact { finer, child }
     }
 
     /// Samples along each side of a face, less one.
     pub fn segments(&self) -> u32 {
-        1 << self.steps
+        1 << self.child.len()
     }
 
     /// Half-edge of the finer level that leaves the point (i, j) of face `f`, in that face; i along the face's first
     /// half-edge, both from 0 to [`Exact::segments`].
     pub fn corner(&self, f: u32, i: u32, j: u32) -> u32 {
         let (mut f, mut at, mut n) = (f, [i, j], self.segments());
+        let mut steps = self.child.iter();
         loop {
             // The quadrant: coordinates from its corner, along the half-edge that leaves and the one that arrives.
             let [a, b] = at;
@@ -46,14 +50,9 @@ impl Exact {
                 _ => [n - b, a],
             };
             let h = 4 * f + k;
-            if n == 1 {
-                return h;
-            }
             // The child quad of h has the same corner first and the same sense.
-            (f, at, n) = (h, local, n / 2);
-            if at[0] > n || at[1] > n {
-                return h;
-            }
+            let Some(child) = steps.next() else { return h };
+            (f, at, n) = (child[h as usize], local, n / 2);
         }
     }
 

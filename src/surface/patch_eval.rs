@@ -1,6 +1,6 @@
 //! Patches of surfaces in space at a parameter, on the CPU. GLSL twin: `glsl/solid.tese`.
 
-use super::patches::Patches;
+use super::patches::{Patches, Place};
 use crate::patch::eval::{face_sample, Sample};
 use crate::patch::{ControlPoint, Kind};
 use glam::DVec3;
@@ -20,15 +20,41 @@ pub struct Point {
     pub blended: DVec3,
 }
 
-/// A patch: kind, control points, face of the level.
-pub type Patch = (Kind, Vec<ControlPoint>, u32);
+/// A patch on its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Patch {
+    /// Bicubic or Gregory.
+    pub kind: Kind,
+    /// Control points, 16 or 20; a transition patch's 15 further ones after them.
+    pub control: Vec<ControlPoint>,
+    /// Where.
+    pub place: Place,
+    /// Bit i: the neighbour across side i is finer.
+    pub sides: u8,
+}
 
 impl Patches {
+    /// Number of all patches.
+    pub fn len(&self) -> usize {
+        self.bicubic.len() + self.transition.len() + self.gregory.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// All patches with their own control points.
     pub fn iter(&self) -> impl Iterator<Item = Patch> + '_ {
         let gather = |ids: &[u32]| ids.iter().map(|&i| self.control[i as usize]).collect();
-        let bicubic = self.bicubic.iter().map(move |(ids, f)| (Kind::Bicubic, gather(ids), *f));
-        bicubic.chain(self.gregory.iter().map(move |(ids, f)| (Kind::Gregory, gather(ids), *f)))
+        let whole = move |kind, ids: &[u32], place| Patch { kind, control: gather(ids), place, sides: 0 };
+        let bicubic = self.bicubic.iter().map(move |(ids, place)| whole(Kind::Bicubic, ids, *place));
+        let transition = self.transition.iter().map(move |t| Patch {
+            sides: t.sides,
+            ..whole(Kind::Bicubic, &[&t.points[..], &t.halves[..]].concat(), t.place)
+        });
+        let gregory = self.gregory.iter().map(move |(ids, place)| whole(Kind::Gregory, ids, *place));
+        bicubic.chain(transition).chain(gregory)
     }
 }
 

@@ -1,17 +1,16 @@
-//! The limit surface as patches: a 16-point bicubic for every regular face of a level, a 20-point Gregory patch for every
-//! other (LSNC09), with the subdivided normal and the blend weight as further channels.
+//! The limit surface as patches: a 16-point bicubic for every regular face, a 20-point Gregory patch for every other
+//! (LSNC09), with the subdivided normal and the blend weight as further channels.
 //!
-//! Edges that are still sharp are sides of patches: a crease, a boundary and a corner are regular where their region has
-//! two faces or one. So the level has to be one where every crease has decayed or is sharp for ever.
+//! Edges that are sharp for ever are sides of patches: a crease, a boundary and a corner are regular where their region
+//! has two faces or one. Beside finer patches, a side has the control points of the two halves that lie along it, too.
 
-use super::level::{Level, Scheme};
+use super::adaptive::{subdivide, Depth, Fate, Part};
+use super::level::Level;
 use super::limit::{shape, Shape};
-use super::normal::merged;
-use super::region::Wedges;
-use super::shade::{subdivided_normals, Settings};
+use super::shade::Settings;
 use super::stencil::region_ends;
-use super::weight::control_weights;
 use crate::mesh::NONE;
+use crate::patch::eval::FACE_EDGES;
 use crate::patch::gregory::{face_point, Edge};
 use crate::patch::ControlPoint;
 use crate::scene::CornerRule;
@@ -54,67 +53,116 @@ impl Mul<f64> for Channels {
 
 impl Linear for Channels {}
 
-/// Patches of a level. Control points are x, y, z, b and the normal; patches share them by index, except across sharp
-/// edges, where the points differ in the normal only.
+/// Where a patch is: a face of a [`Part`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Level.
+    pub level: u32,
+    /// Face of that level's part.
+    pub face: u32,
+}
+
+/// A bicubic patch with finer neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Transition {
+    /// As of any bicubic.
+    pub points: [u32; 16],
+    /// For each side of `sides` in turn, what lies along it after its corner: two points of the first half, the middle,
+    /// two points of the second half. The rest repeats a point.
+    pub halves: [u32; 15],
+    /// Bit i: the neighbour across side i is finer.
+    pub sides: u8,
+    /// Where.
+    pub place: Place,
+}
+
+/// Patches of a surface, finest first. Control points are x, y, z, b and the normal; patches share them by index, except
+/// across sharp edges, where the points differ in the normal only.
 #[derive(Clone, Debug, Default)]
 pub struct Patches {
     /// Control points, as in [`crate::patch`]: x, y, z, weight; normal, 0.
     pub control: Vec<ControlPoint>,
-    /// Regular faces, and their numbers in the level.
-    pub bicubic: Vec<([u32; 16], u32)>,
-    /// The other faces.
-    pub gregory: Vec<([u32; 20], u32)>,
+    /// Regular faces.
+    pub bicubic: Vec<([u32; 16], Place)>,
+    /// Regular faces with finer neighbours.
+    pub transition: Vec<Transition>,
+    /// The other faces, all on the last level.
+    pub gregory: Vec<([u32; 20], Place)>,
 }
 
-/// The first level that patches can draw: where faces are quads, and no finite sharpness is left.
+/// The first level that can be the last one of patches: where faces are quads, and no finite sharpness is left.
 pub fn first_level(control: &Level) -> u32 {
     let finite = |s: &&f64| s.is_finite();
     let sharpest = control.sharpness.iter().chain(&control.corner).filter(finite).fold(0.0f64, |a, &b| a.max(b));
     (sharpest.ceil() as u32).max(1)
 }
 
-/// Patches of the last of `levels` (Catmull-Clark, level [`first_level`] or deeper). `given` as in [`super::shade::shade`].
-///
-/// # Panics
-/// If the last level has other faces than quads.
-pub fn patches(levels: &[Level], given: &[DVec3], settings: &Settings) -> Patches {
-    let last = &levels[levels.len() - 1];
-    assert!(last.scheme == Scheme::CatmullClark && last.sides == 4, "patches need quads");
-    // The limit knows what is sharp for ever only: creases that have just decayed count as smooth.
-    let live = Wedges::live(last);
-    let normals = merged(&Wedges::drawn(last), &live, &subdivided_normals(levels, given, settings, None));
-    let mut smooth = levels.to_vec();
-    smooth[levels.len() - 1].border = last.sharpness.iter().map(|&s| s > 0.0).collect();
-    let weights = control_weights(&smooth, settings.weights_from as usize, settings.rules);
-    let mut builder = Builder {
-        level: last,
-        value: (0..last.half_edges())
-            .map(|h| {
-                let v = last.origin[h] as usize;
-                Channels { p: last.position[v], n: normals[live.of[h] as usize], b: weights[v] }
-            })
-            .collect(),
-        live: &live,
-        corner: vec![NONE; live.len()],
-        edge: vec![[NONE; 2]; last.half_edges()],
-        made: Patches::default(),
-    };
-    for f in 0..last.faces() as u32 {
-        builder.face(f);
+/// Levels of `control` and their patches; `depth.last` is [`first_level`] or more. `given` as in [`super::shade::shade`].
+pub fn patches(control: &Level, given: &[DVec3], settings: &Settings, depth: Depth) -> (Vec<Part>, Patches) {
+    let parts = subdivide(control, given, settings, depth);
+    let made = of_parts(&parts);
+    (parts, made)
+}
+
+/// Patches of all drawn faces of `parts`, which are those of all levels from 0 on.
+pub fn of_parts(parts: &[Part]) -> Patches {
+    let mut made = Patches::default();
+    let mut finer: Option<Shared> = None;
+    for part in parts.iter().rev() {
+        let level = &part.level;
+        let mut shared = Shared { corner: vec![NONE; part.live.len()], edge: vec![[NONE; 2]; level.half_edges()] };
+        if let Some(finer) = &finer {
+            let next = &parts[level.depth as usize + 1];
+            for (h, &child) in part.child.iter().enumerate().filter(|(_, &child)| child != NONE) {
+                // A limit is the same on all levels; its one control point makes it the same bits.
+                let id = finer.corner[next.live.of[4 * child as usize] as usize];
+                if id != NONE {
+                    shared.corner[part.live.of[h] as usize] = id;
+                }
+            }
+        }
+        if part.fate.contains(&Fate::Drawn) {
+            let mut builder = Builder {
+                level,
+                part,
+                value: (0..level.half_edges())
+                    .map(|h| {
+                        let v = level.origin[h] as usize;
+                        let n = part.normal[part.live.of[h] as usize];
+                        Channels { p: level.position[v], n, b: part.weight[v] }
+                    })
+                    .collect(),
+                shared,
+                finer: finer.as_ref().map(|shared| (shared, &parts[level.depth as usize + 1])),
+                made: &mut made,
+            };
+            for f in (0..level.faces() as u32).filter(|&f| part.fate[f as usize] == Fate::Drawn) {
+                builder.face(f);
+            }
+            shared = builder.shared;
+        }
+        finer = Some(shared);
     }
-    builder.made
+    made
+}
+
+/// Control points of a level that several patches have.
+struct Shared {
+    /// Of each wedge.
+    corner: Vec<u32>,
+    /// Of each half-edge's edge, near its origin and near its end.
+    edge: Vec<[u32; 2]>,
 }
 
 struct Builder<'a> {
     level: &'a Level,
+    part: &'a Part,
     /// At the origin of each half-edge, in the region of its face.
     value: Vec<Channels>,
-    live: &'a Wedges,
-    /// Control point of each wedge.
-    corner: Vec<u32>,
-    /// Control points of each half-edge's edge, near its origin and near its end.
-    edge: Vec<[u32; 2]>,
-    made: Patches,
+    shared: Shared,
+    /// The next level.
+    finer: Option<(&'a Shared, &'a Part)>,
+    made: &'a mut Patches,
 }
 
 /// Control points of corner i, near it on the edge that leaves it, far on that edge; inner point.
@@ -219,7 +267,8 @@ impl Builder<'_> {
         let level = self.level;
         let (here, there) = if reverse { (level.next(h), h) } else { (h, level.next(h)) };
         let (v, w) = (self.at(here), self.at(there));
-        if level.is_sharp(h) {
+        // At a dart, the end of a crease runs into the tangent plane.
+        if level.is_sharp(h) && !around.fan.closed {
             return v * (2.0 / 3.0) + w * (1.0 / 3.0);
         }
         if around.regular() {
@@ -240,23 +289,23 @@ impl Builder<'_> {
     }
 
     fn corner(&mut self, h: u32, around: &Around) -> u32 {
-        let wedge = self.live.of[h as usize] as usize;
-        if self.corner[wedge] == NONE {
-            self.corner[wedge] = self.push(around.limit());
+        let wedge = self.part.live.of[h as usize] as usize;
+        if self.shared.corner[wedge] == NONE {
+            self.shared.corner[wedge] = self.push(around.limit());
         }
-        self.corner[wedge]
+        self.shared.corner[wedge]
     }
 
     fn edge(&mut self, h: u32, ends: [&Around; 2]) -> [u32; 2] {
-        if self.edge[h as usize][0] == NONE {
+        if self.shared.edge[h as usize][0] == NONE {
             let points = [self.near(ends[0], h, false), self.near(ends[1], h, true)];
             let made = points.map(|p| self.push(p));
-            self.edge[h as usize] = made;
+            self.shared.edge[h as usize] = made;
             if !self.level.is_sharp(h) {
-                self.edge[self.level.twin[h as usize] as usize] = [made[1], made[0]];
+                self.shared.edge[self.level.twin[h as usize] as usize] = [made[1], made[0]];
             }
         }
-        self.edge[h as usize]
+        self.shared.edge[h as usize]
     }
 
     fn face(&mut self, f: u32) {
@@ -273,9 +322,9 @@ impl Builder<'_> {
                 let inner = (q[i] * 4.0 + (q[(i + 1) % 4] + q[(i + 3) % 4]) * 2.0 + q[(i + 2) % 4]) * (1.0 / 9.0);
                 ids[INNER[i]] = self.push(inner);
             }
-            let mut bicubic = [0; 16];
-            bicubic.copy_from_slice(&ids[..16]);
-            self.made.bicubic.push((bicubic, f));
+            let mut points = [0; 16];
+            points.copy_from_slice(&ids[..16]);
+            self.regular(f, points);
             return;
         }
         for i in 0..4 {
@@ -289,7 +338,56 @@ impl Builder<'_> {
             ids[INNER[i]] = self.push(f_plus);
             ids[16 + i] = self.push(f_minus);
         }
-        self.made.gregory.push((ids, f));
+        self.made.gregory.push((ids, Place { level: self.level.depth, face: f }));
+    }
+
+    /// A bicubic, with the halves of sides that finer patches lie along.
+    fn regular(&mut self, f: u32, points: [u32; 16]) {
+        let level = self.level;
+        let place = Place { level: level.depth, face: f };
+        let (mut halves, mut sides, mut n) = ([points[0]; 15], 0, 0);
+        for i in 0..4 {
+            let h = 4 * f + i as u32;
+            let t = level.twin[h as usize];
+            if t == NONE || self.part.fate[level.face_of(t)] != Fate::Refined {
+                continue;
+            }
+            sides |= 1 << i;
+            let Some((finer, next)) = self.finer else { continue };
+            // The twin runs the other way: its second half is our first.
+            let second = 4 * self.part.child[t as usize];
+            let first = 4 * self.part.child[level.next(t) as usize] + 3;
+            let [from, to] = [finer.edge[first as usize], finer.edge[second as usize]];
+            let middle = finer.corner[next.live.of[first as usize] as usize];
+            let mut half = [from[1], from[0], middle, to[1], to[0]];
+            if level.is_sharp(h) {
+                half = self.own_side(FACE_EDGES[i].map(|k| points[k]), half);
+            }
+            halves[n..n + 5].copy_from_slice(&half);
+            n += 5;
+        }
+        match sides {
+            0 => self.made.bicubic.push((points, place)),
+            _ => self.made.transition.push(Transition { points, halves, sides, place }),
+        }
+    }
+
+    /// Across a sharp edge the finer points' places, with the normals of this side: those of the side's own cubic, halved.
+    fn own_side(&mut self, side: [u32; 4], half: [u32; 5]) -> [u32; 5] {
+        let [a, b, c, d] = side.map(|i| self.channels(i));
+        let mean = |a: Channels, b: Channels| (a + b) * 0.5;
+        let (ab, bc, cd) = (mean(a, b), mean(b, c), mean(c, d));
+        let (abc, bcd) = (mean(ab, bc), mean(bc, cd));
+        let own = [ab, abc, mean(abc, bcd), bcd, cd];
+        std::array::from_fn(|k| {
+            let finer = self.channels(half[k]);
+            self.push(Channels { n: own[k].n, ..finer })
+        })
+    }
+
+    fn channels(&self, i: u32) -> Channels {
+        let [x, y, z, b, nx, ny, nz, _] = self.made.control[i as usize];
+        Channels { p: DVec3::new(x, y, z), n: DVec3::new(nx, ny, nz), b }
     }
 
     fn face_point(&self, h: u32, reverse: bool, bezier: [u32; 3], valence: [f64; 2]) -> Channels {
@@ -303,10 +401,7 @@ impl Builder<'_> {
         };
         let twin = (!level.is_sharp(edge)).then(|| level.twin[edge as usize]);
         let beyond = twin.map(|t| if reverse { level.prev(t) } else { level.next(level.next(t)) });
-        let [corner, near, far] = bezier.map(|i| {
-            let [x, y, z, b, nx, ny, nz, _] = self.made.control[i as usize];
-            Channels { p: DVec3::new(x, y, z), n: DVec3::new(nx, ny, nz), b }
-        });
+        let [corner, near, far] = bezier.map(|i| self.channels(i));
         face_point(&Edge {
             v: self.at(h),
             corner,

@@ -9,6 +9,7 @@ use super::stencil::{refine_values, Value};
 use super::SurfaceError;
 use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::scene::surface::SurfaceScene;
+use glam::DVec3;
 
 /// Most half-edges of a level.
 pub const MAX_HALF_EDGES: u64 = 64_000_000;
@@ -36,6 +37,12 @@ pub fn levels(
 
 /// The level after `level`.
 pub fn refine(level: &Level) -> Level {
+    refine_some(level, |_| Vec::new()).0
+}
+
+/// The level after `level`, with right positions at least where `wanted`, which is given the level without positions, says
+/// so (one a vertex; empty: everywhere), and what it said.
+pub fn refine_some(level: &Level, wanted: impl FnOnce(&Level) -> Vec<bool>) -> (Level, Vec<bool>) {
     let mut next = match level.scheme {
         Scheme::CatmullClark => quads(level),
         Scheme::Loop => triangles(level),
@@ -51,14 +58,22 @@ pub fn refine(level: &Level) -> Level {
     }
     next.sharpness.resize(2 * level.edges() + inner, 0.0);
     next.border.resize(2 * level.edges() + inner, false);
-    next.position = refine_values(level, None, |h| level.position[level.origin[h as usize] as usize], |_| true);
+    let faces = if level.scheme == Scheme::CatmullClark { level.faces() } else { 0 };
+    next.position = vec![DVec3::ZERO; level.vertices() + faces + level.edges()];
+    let wanted = wanted(&next);
+    next.position = refine_values(
+        level,
+        None,
+        |h| level.position[level.origin[h as usize] as usize],
+        |v| wanted.get(v).copied().unwrap_or(true),
+    );
     if level.corner.iter().any(|&s| s > 1.0) {
         next.corner = level.corner.iter().map(|&s| (s - 1.0).max(0.0)).collect();
         next.corner.resize(next.vertices(), 0.0);
     }
     next.make_spokes();
     next.count_sharp_edges();
-    next
+    (next, wanted)
 }
 
 /// Whether `h` is the lower half-edge of its edge, where the edge's numbers begin.

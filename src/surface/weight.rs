@@ -75,7 +75,8 @@ pub fn roles(level: &Level, darts: Darts) -> Vec<Role> {
             (Scheme::CatmullClark, true) => 2,
             (Scheme::Loop, true) => 3,
         };
-        let inner = borders[v] - if boundary { 2 } else { 0 };
+        // At the edge of a part, where faces are left out, borders may be missing.
+        let inner = borders[v].saturating_sub(if boundary { 2 } else { 0 });
         let sharp = level.corner_sharpness(v as u32) > 0.0
             || match (boundary, darts) {
                 (true, _) => inner > 0,

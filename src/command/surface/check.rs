@@ -33,8 +33,16 @@ struct Report {
 #[derive(Serialize)]
 struct PatchReport {
     count: [usize; 2],
+    /// Bicubic ones with finer neighbours.
+    transition: usize,
+    /// Vertices that subdivision computed, over all levels.
+    computed_vertices: usize,
+    /// Greatest distance of the two sides of an edge.
+    gap_max: f64,
     distance_max: [f64; 2],
     distance_mean: [f64; 2],
+    /// Along the limit's normal.
+    off_max: [f64; 2],
     normal_angle_max: [f64; 2],
     /// Of N_B, across edges that are not sharp.
     blended_normal_jump_max: f64,
@@ -49,9 +57,8 @@ pub fn run(
     seed: u64,
     global: &Global,
 ) -> Result<u64, Failure> {
-    picture.refuse_plane()?;
+    picture.refuse_flat()?;
     picture.camera.refuse_any()?;
-    let depth = level(&picture.refining)?;
     let [width, height] = picture.size.unwrap_or([512, 512]);
     if width != height {
         return Err(Failure::input("cracks are looked for in square pictures; give --size NxN"));
@@ -60,13 +67,22 @@ pub fn run(
     let mut accuracy = None;
     let (made, triangles) = match segments {
         None => {
-            let made = make(surface, flags, depth.unwrap_or(LEVEL), Look::Surface(SolidShow::Sides), global)?;
+            let made = make(
+                surface,
+                flags,
+                level(&picture.refining)?.unwrap_or(LEVEL),
+                Look::Surface(SolidShow::Sides),
+                global,
+            )?;
             let triangles = triangles_of(&made.table);
             (made, triangles)
         }
         Some(n) => {
-            let MadePatches { made, patches, last } = make_patches(surface, flags, depth, global)?;
-            accuracy = Some(measure(&last, &patches, 3, flags.settings()?.power));
+            let made = make_patches(surface, flags, &picture.refining, global)?;
+            let computed = made.computed();
+            let MadePatches { made, patches, parts } = made;
+            accuracy =
+                Some((measure(&parts, &patches, 3, flags.settings()?.power), patches.transition.len(), computed));
             (made, tessellated(&patches, n))
         }
     };
@@ -87,10 +103,14 @@ pub fn run(
         suspicious_pixels: cracks.suspicious,
         crack_pixels: cracks.cracks,
         first_crack: cracks.first,
-        patches: accuracy.map(|a| PatchReport {
+        patches: accuracy.map(|(a, transition, computed_vertices)| PatchReport {
             count: a.patches,
+            transition,
+            computed_vertices,
+            gap_max: a.gap,
             distance_max: a.distance,
             distance_mean: a.mean_distance,
+            off_max: a.off,
             normal_angle_max: a.angle,
             blended_normal_jump_max: a.jump,
         }),
@@ -111,11 +131,14 @@ pub fn run(
         if let Some(p) = &report.patches {
             for (k, name) in ["bicubic", "Gregory"].into_iter().enumerate() {
                 print(&format!(
-                    "  {} {name} patches: at most {:.3e} of the size from the limit (mean {:.3e}), N_L within {:.3e} degrees\n",
-                    p.count[k], p.distance_max[k], p.distance_mean[k], p.normal_angle_max[k]
+                    "  {} {name} patches: at most {:.3e} of the size from the limit (mean {:.3e}), {:.3e} off its surface, N_L within {:.3e} degrees\n",
+                    p.count[k], p.distance_max[k], p.distance_mean[k], p.off_max[k], p.normal_angle_max[k]
                 ));
             }
-            print(&format!("  N_B turns by at most {:.3e} degrees across smooth edges\n", p.blended_normal_jump_max));
+            print(&format!(
+                "  N_B turns by at most {:.3e} degrees across smooth edges; {} transition patches, {} vertices computed\n",
+                p.blended_normal_jump_max, p.transition, p.computed_vertices
+            ));
         }
     }
     Ok(cracks.cracks)

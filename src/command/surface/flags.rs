@@ -2,8 +2,9 @@
 
 use super::open::Surface;
 use crate::command::open::at_line;
-use crate::command::{Failure, Global, Refining};
+use crate::command::{Failure, Global, ModeFlag, Refining};
 use crate::gpu::{SolidNormals, Tessellation};
+use crate::patch::solid::Segments;
 use crate::scene::read_bounded;
 use crate::scene::surface::{sharp, SurfaceScene};
 use crate::surface::level::{Level, Scheme};
@@ -120,9 +121,15 @@ pub fn level(refining: &Refining) -> Result<Option<u32>, Failure> {
     match (Refining { level: None, ..refining.clone() }).is_default() {
         true => Ok(refining.level),
         false => Err(Failure::input(
-            "--mode, --rules, --patches and --isolate go with gradient meshes; surfaces in space take --level",
+            "--mode, --rules, --patches and --isolate go with gradient meshes; surfaces in space take --level, and --mode where they are drawn as patches",
         )),
     }
+}
+
+/// The last level of patches asked for, and whether all are of that level.
+pub fn patch_level(refining: &Refining) -> Result<(Option<u32>, bool), Failure> {
+    let depth = level(&Refining { mode: ModeFlag::Adaptive, ..refining.clone() })?;
+    Ok((depth, refining.mode == ModeFlag::Global))
 }
 
 /// Levels of a surface and what they were made of.
@@ -155,10 +162,10 @@ impl SurfaceFlags {
         }
     }
 
-    /// How patches are drawn with `segments` an edge.
-    pub fn tessellation(&self, segments: Option<u32>) -> Result<Tessellation, Failure> {
+    /// How patches are drawn with `segments` on their edges.
+    pub fn tessellation(&self, segments: Option<Segments>) -> Result<Tessellation, Failure> {
         Ok(Tessellation {
-            level: segments.unwrap_or(1),
+            segments: segments.unwrap_or(Segments::Fixed(1)),
             normals: match self.normals() {
                 NormalsFlag::Blended => SolidNormals::Blended,
                 NormalsFlag::Geometric => SolidNormals::Geometric,

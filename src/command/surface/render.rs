@@ -1,17 +1,20 @@
-//! `gradtess render` of a surface: uniform levels as triangles, the papers' way.
+//! `gradtess render` of a surface: uniform levels as triangles, the papers' way, or patches.
 
-use super::flags::{level, NormalsFlag, SurfaceFlags};
+use super::flags::{level, patch_level, NormalsFlag, SurfaceFlags};
 use super::open::Surface;
 use crate::camera::bounds;
 use crate::command::open::milliseconds;
 use crate::command::picture::PictureFlags;
-use crate::command::{print, print_json, Failure, Global};
+use crate::command::{print, print_json, Failure, Global, Refining};
 use crate::gpu::{Gpu, GpuTimes, SolidFrame, SolidShow};
 use crate::patch::solid::{Primitive, SolidTable};
+use crate::surface::adaptive::{subdivide, Depth, Part};
 use crate::surface::drawing::{self, mesh, triangles};
-use crate::surface::level::{Level, Scheme};
-use crate::surface::patches::{first_level, patches, Patches};
+use crate::surface::level::Scheme;
+use crate::surface::patches::{first_level, of_parts, Patches};
+use crate::surface::refine::MAX_HALF_EDGES;
 use crate::surface::shade::{limit_positions, shade};
+use crate::surface::SurfaceError;
 use glam::DVec3;
 use serde::Serialize;
 use std::path::Path;
@@ -43,6 +46,9 @@ pub struct Canvas<'a> {
 /// Level that is drawn unless `--level` says otherwise.
 pub const LEVEL: u32 = 4;
 
+/// Deepest level of patches.
+const MOST_LEVELS: u32 = 24;
+
 #[derive(Serialize)]
 struct Report {
     schema: &'static str,
@@ -59,7 +65,11 @@ struct Report {
     triangles: usize,
     /// Patches.
     bicubic: usize,
+    bicubic_transition: usize,
     gregory: usize,
+    /// Vertices that subdivision computed for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    computed_vertices: Option<usize>,
     device_bytes: u64,
     subdivide_ms: f64,
     shade_ms: f64,
@@ -114,21 +124,30 @@ pub fn make(surface: &Surface, flags: &SurfaceFlags, depth: u32, look: Look, glo
 
 /// Patches of a surface.
 pub struct MadePatches {
-    /// Table and times.
+    /// Table and times; its level is the last.
     pub made: Made,
     /// The patches themselves.
     pub patches: Patches,
-    /// The level that they are of.
-    pub last: Level,
+    /// Their levels.
+    pub parts: Vec<Part>,
 }
 
-/// Subdivides to the first level that patches can draw, or `depth`, and makes patches.
+impl MadePatches {
+    /// Vertices that subdivision computed, over all levels.
+    pub fn computed(&self) -> usize {
+        self.parts.iter().map(|part| part.computed).sum()
+    }
+}
+
+/// Makes patches: regular ones from the first level that has them, the others on the level asked for or, unless given,
+/// the first that patches can draw.
 pub fn make_patches(
     surface: &Surface,
     flags: &SurfaceFlags,
-    depth: Option<u32>,
+    refining: &Refining,
     global: &Global,
 ) -> Result<MadePatches, Failure> {
+    let (depth, uniform) = patch_level(refining)?;
     if flags.scheme() == Scheme::Loop {
         return Err(Failure::input(
             "patches are those of Catmull-Clark surfaces; --scheme loop has uniform levels only",
@@ -147,10 +166,20 @@ pub fn make_patches(
             "level {level} has polygons or sharpness left, which no patch draws; use --level {first} or more"
         )));
     }
-    let quiet = Global { quiet: true, ..global.clone() };
-    let mut made = flags.subdivide(surface, level, &quiet)?;
+    if level > MOST_LEVELS {
+        return Err(Failure::input(format_args!("level {level} of patches is too deep; at most {MOST_LEVELS}")));
+    }
+    let depth = match uniform {
+        true => Depth::uniform(level),
+        false => Depth::adaptive(level, &settings),
+    };
+    let half_edges = (control.levels[0].half_edges() as u64).saturating_mul(4u64.saturating_pow(depth.first));
+    if half_edges > MAX_HALF_EDGES {
+        return Err(Failure::input(SurfaceError::TooLarge { level: depth.first, limit: MAX_HALF_EDGES }));
+    }
+    let parts = subdivide(&control.levels[0], &control.scene.normals, &settings, depth);
     let subdivided = Instant::now();
-    let patches = patches(&made.levels, &made.scene.normals, &settings);
+    let patches = of_parts(&parts);
     let corners = patches.control.iter().map(|c| DVec3::new(c[0], c[1], c[2]));
     let table = drawing::patches(&patches, bounds(corners).unwrap_or_default());
     Ok(MadePatches {
@@ -161,7 +190,7 @@ pub fn make_patches(
             shade_ms: milliseconds(subdivided.elapsed().as_nanos()),
         },
         patches,
-        last: made.levels.swap_remove(level as usize),
+        parts,
     })
 }
 
@@ -173,13 +202,18 @@ pub fn run(
     canvas: &Canvas,
     global: &Global,
 ) -> Result<(), Failure> {
-    canvas.picture.refuse_plane()?;
-    let depth = level(&canvas.picture.refining)?;
+    canvas.picture.refuse_flat()?;
+    let refining = &canvas.picture.refining;
     let tess = canvas.picture.segments()?;
+    let mut computed = None;
     let made = match (tess, look) {
-        (Some(_), Look::Surface(_)) => make_patches(surface, flags, depth, global)?.made,
+        (Some(_), Look::Surface(_)) => {
+            let made = make_patches(surface, flags, refining, global)?;
+            computed = Some(made.computed());
+            made.made
+        }
         (Some(_), _) => return Err(Failure::input("--tess draws surfaces; --show wire and control draw meshes")),
-        (None, _) => make(surface, flags, depth.unwrap_or(LEVEL), look, global)?,
+        (None, _) => make(surface, flags, level(refining)?.unwrap_or(LEVEL), look, global)?,
     };
     let [width, height] = canvas.picture.size.unwrap_or([1024, 1024]);
     let camera = canvas.picture.camera.camera(made.table.bounds, [width, height])?;
@@ -220,7 +254,9 @@ pub fn run(
         vertices: made.table.vertices.len(),
         triangles: count(Primitive::Triangles),
         bicubic: count(Primitive::Bicubic),
+        bicubic_transition: count(Primitive::Transition),
         gregory: count(Primitive::Gregory),
+        computed_vertices: computed,
         device_bytes: made.table.bytes(),
         subdivide_ms: made.subdivide_ms,
         shade_ms: made.shade_ms,
@@ -238,7 +274,7 @@ pub fn run(
             result.level,
             result.vertices,
             result.triangles,
-            result.bicubic + result.gregory,
+            result.bicubic + result.bicubic_transition + result.gregory,
             width,
             height,
             result.subdivide_ms,

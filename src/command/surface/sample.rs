@@ -1,10 +1,11 @@
 //! `gradtess sample` of a surface: points of its patches, or of the limit itself.
 
-use super::flags::{level, SurfaceFlags};
+use super::flags::SurfaceFlags;
 use super::open::Surface;
 use super::render::{make_patches, MadePatches};
 use crate::command::{print, print_json, Failure, Global, Refining};
 use crate::patch::Kind;
+use crate::surface::adaptive::{Fate, Part};
 use crate::surface::exact::Exact;
 use crate::surface::patch_eval::point;
 use glam::DVec3;
@@ -23,11 +24,12 @@ struct Report {
     samples: Vec<Row>,
 }
 
-/// `face` is that of the OBJ, `patch` that of the level; u runs along the patch's first half-edge.
+/// `face` is that of the OBJ, `patch` that of the whole level; u runs along the patch's first half-edge.
 #[derive(Serialize)]
 struct Row {
     face: u32,
-    patch: u32,
+    level: u32,
+    patch: u64,
     u: f64,
     v: f64,
     position: DVec3,
@@ -48,30 +50,37 @@ pub fn run(
     exact: bool,
     global: &Global,
 ) -> Result<(), Failure> {
-    let MadePatches { made, patches, last } = make_patches(surface, flags, level(refining)?, global)?;
-    let all = (patches.bicubic.len() + patches.gregory.len()) as u64 * u64::from(n).pow(2);
+    let MadePatches { made, patches, parts } = make_patches(surface, flags, refining, global)?;
+    let all = patches.len() as u64 * u64::from(n).pow(2);
     if all > MOST {
         return Err(Failure::input(format_args!("{all} samples are too many; at most {MOST}, choose a smaller --n")));
     }
     let limit = match exact {
         false => None,
-        true if n >= 2 && (n - 1).is_power_of_two() && n <= 65 => Some(Exact::new(&last, (n - 1).ilog2())),
+        true if n >= 2 && (n - 1).is_power_of_two() && n <= 65 => {
+            let drawn = |part: &Part| part.fate.iter().map(|&f| f == Fate::Drawn).collect::<Vec<bool>>();
+            let exact = |part: &Part| Exact::new(&part.level, &drawn(part), (n - 1).ilog2());
+            Some(parts.iter().map(exact).collect::<Vec<Exact>>())
+        }
         true => return Err(Failure::input("--exact of surfaces in space needs --n 2, 3, 5, 9, 17, 33 or 65")),
     };
     let power = flags.settings()?.power;
     let step = |i: u32| if n == 1 { 0.5 } else { f64::from(i) / f64::from(n - 1) };
     let mut samples = Vec::new();
-    for (kind, control, patch) in patches.iter() {
+    for patch in patches.iter() {
+        let level = patch.place.level;
+        let name = parts[level as usize].name[patch.place.face as usize];
         // The children of a half-edge follow those before it; level 1 has a face for each half-edge of the OBJ.
-        let face = surface.mesh.face[(patch >> (2 * (made.level - 1))) as usize];
+        let face = surface.mesh.face[(name >> (2 * (level - 1))) as usize];
         for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
-            let mut p = point(kind, &control, step(i), step(j), power);
+            let mut p = point(patch.kind, &patch.control, step(i), step(j), power);
             if let Some(limit) = &limit {
-                (p.position, p.geometric) = limit.limit(patch, i, j);
+                (p.position, p.geometric) = limit[level as usize].limit(patch.place.face, i, j);
             }
             samples.push(Row {
                 face,
-                patch,
+                level,
+                patch: name,
                 u: step(i),
                 v: step(j),
                 position: p.position,
@@ -79,7 +88,7 @@ pub fn run(
                 normal_subdivided: p.subdivided,
                 weight: p.weight,
                 normal_blended: p.blended,
-                kind: if kind == Kind::Gregory { "gregory" } else { "bicubic" },
+                kind: if patch.kind == Kind::Gregory { "gregory" } else { "bicubic" },
             });
         }
     }
@@ -93,12 +102,14 @@ pub fn run(
             samples,
         });
     }
-    let mut out = String::from("face\tpatch\tu\tv\tx\ty\tz\tnlx\tnly\tnlz\tnsx\tnsy\tnsz\tb\tnbx\tnby\tnbz\tkind\n");
+    let mut out =
+        String::from("face\tlevel\tpatch\tu\tv\tx\ty\tz\tnlx\tnly\tnlz\tnsx\tnsy\tnsz\tb\tnbx\tnby\tnbz\tkind\n");
     let three = |v: DVec3| format!("{}\t{}\t{}", v.x, v.y, v.z);
     for s in &samples {
         out += &format!(
-            "{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\n",
+            "{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\n",
             s.face,
+            s.level,
             s.patch,
             s.u,
             s.v,
