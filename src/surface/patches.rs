@@ -346,7 +346,7 @@ impl Builder<'_> {
         let level = self.level;
         let place = Place { level: level.depth, face: f };
         let (mut halves, mut sides, mut n) = ([points[0]; 15], 0, 0);
-        for i in 0..4 {
+        for (i, side) in FACE_EDGES.into_iter().enumerate() {
             let h = 4 * f + i as u32;
             let t = level.twin[h as usize];
             if t == NONE || self.part.fate[level.face_of(t)] != Fate::Refined {
@@ -361,7 +361,7 @@ impl Builder<'_> {
             let middle = finer.corner[next.live.of[first as usize] as usize];
             let mut half = [from[1], from[0], middle, to[1], to[0]];
             if level.is_sharp(h) {
-                half = self.own_side(FACE_EDGES[i].map(|k| points[k]), half);
+                half = self.own_side(side.map(|k| points[k]), half);
             }
             halves[n..n + 5].copy_from_slice(&half);
             n += 5;
