@@ -29,8 +29,11 @@ pub struct Repro {
     /// The whole protocol of timings: hours on a software rasteriser
     #[arg(long)]
     full: bool,
+    /// Timed frames of each repeat [default: 12, with --full 512]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
     /// Copy the figures of other output folders into this one instead of making any
-    #[arg(long, num_args = 1.., value_name = "DIR", conflicts_with_all = ["models", "only", "shard", "full"])]
+    #[arg(long, num_args = 1.., value_name = "DIR", conflicts_with_all = ["models", "only", "shard", "full", "frames"])]
     merge: Vec<PathBuf>,
     /// Names of the figures, with --only and --shard those chosen
     #[arg(long, conflicts_with = "merge")]
@@ -165,6 +168,7 @@ impl Repro {
             driver: device.driver.clone(),
             host: Host::here().cpu,
             full: self.full,
+            frames: self.frames,
             models: self.models.is_some(),
         }
     }

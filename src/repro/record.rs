@@ -20,6 +20,9 @@ pub struct Origin {
     pub host: Option<String>,
     /// The whole protocol of timings, or a short one.
     pub full: bool,
+    /// Timed frames of a repeat, where they are not those of the protocol.
+    #[serde(default)]
+    pub frames: Option<u32>,
     /// Whether the authors' models were given.
     pub models: bool,
 }

@@ -78,6 +78,11 @@ impl<'a> Sheet<'a> {
         self.setting.origin.full
     }
 
+    /// Timed frames of a repeat that were asked for.
+    pub fn frames(&self) -> Option<u32> {
+        self.setting.origin.frames
+    }
+
     /// The name by which commands call `name` in the figure's folder.
     pub fn file(&self, name: &str) -> String {
         format!("figures/{}/{name}", self.record.id)

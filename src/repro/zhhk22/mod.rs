@@ -1,5 +1,6 @@
 //! Tables and figures of ZHHK22.
 
+pub mod equal_error;
 pub mod fig_11;
 pub mod fig_13;
 pub mod fig_18;

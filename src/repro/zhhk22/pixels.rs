@@ -1,10 +1,10 @@
 //! Beside Sec. 6: tessellation by length on the screen against fixed factors that err as little.
 
-use super::timing::{protocol, size};
+use super::equal_error::{error, least, Known, TOLERANCE};
+use super::timing::protocol;
 use crate::repro::plot::Lines;
 use crate::repro::sheet::{cell, number};
 use crate::repro::{Figure, ReproError, Sheet};
-use std::collections::BTreeMap;
 
 /// The figure.
 pub const FIGURE: Figure = Figure {
@@ -38,48 +38,6 @@ const RIVALS: [Rival; 2] = [
     },
 ];
 
-/// Greater errors than those of screen-space tessellation that still count as equal.
-const TOLERANCE: f64 = 1.01;
-
-/// Greatest and mean error, per cent.
-type Error = [f64; 2];
-
-fn error(sheet: &mut Sheet, scene: &str, tess: &str) -> Result<Error, ReproError> {
-    let found = sheet.run(&format!("check {scene} --zooms 0 --size {} {tess}", size(sheet)))?;
-    Ok(["/error/max_percent", "/error/mean_percent"].map(|key| number(&found, key)))
-}
-
-/// Errors of factors of a rival that are known by now.
-type Known = BTreeMap<u32, Error>;
-
-/// The least factor that errs as little as `goal` in both numbers, by bisection, and its error.
-fn least(
-    sheet: &mut Sheet,
-    scene: &str,
-    rival: &Rival,
-    goal: Error,
-    known: &mut Known,
-) -> Result<Option<(u32, Error)>, ReproError> {
-    let (mut low, mut high) = (0, rival.factors.len());
-    let mut best = None;
-    while low < high {
-        let middle = (low + high) / 2;
-        let factor = rival.factors[middle];
-        let found = match known.get(&factor) {
-            Some(&found) => found,
-            None => error(sheet, scene, &format!("{} {factor}", rival.flag))?,
-        };
-        known.insert(factor, found);
-        if found.iter().zip(goal).all(|(e, g)| *e <= g * TOLERANCE) {
-            best = Some((factor, found));
-            high = middle;
-        } else {
-            low = middle + 1;
-        }
-    }
-    Ok(best)
-}
-
 fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
     let cherry = sheet.scene("cherry.json")?;
     let mut scenes =
@@ -98,7 +56,8 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
             for (i, rival) in RIVALS.iter().enumerate() {
                 let mut row = vec![name.to_owned(), pixels.to_string(), goal[0].to_string(), goal[1].to_string()];
                 row.push(rival.name.to_owned());
-                let Some((factor, reached)) = least(sheet, &scene, rival, goal, &mut known[i])? else {
+                let Some((factor, reached)) = least(sheet, &scene, rival.flag, rival.factors, goal, &mut known[i])?
+                else {
                     row.extend(std::iter::repeat_n("NA".to_owned(), 11));
                     rows.push(row);
                     continue;

@@ -1,9 +1,9 @@
 //! Beside Sec. 3.4: transition patches as five constellations, or in one piece with remapped edges.
 
 use super::show;
-use super::timing::protocol;
-use crate::repro::plot::{Bar, Bars};
-use crate::repro::sheet::{cell, number};
+use super::timing::{median, protocol};
+use crate::repro::plot::Bars;
+use crate::repro::sheet::cell;
 use crate::repro::{Figure, ReproError, Sheet};
 use serde_json::Value;
 
@@ -55,7 +55,7 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
             let done =
                 sheet.run(&format!("bench {scene} -o {folder} {rule}{protocol} --pair '--transitions remap'"))?;
             times.push(row(name, rule, &done));
-            groups.push((format!("{name}\n{rule}"), vec![Some(time(&done, 0)), Some(time(&done, 1))]));
+            groups.push((format!("{name}\n{rule}"), vec![Some(median(&done, 0)), Some(median(&done, 1))]));
         }
     }
     sheet.caption(
@@ -102,11 +102,6 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
         "Draw calls and bytes on the device; segments whose sides differ; background pixels inside in 21 views up to 1000 times magnified; \
          distance of the colour from the limit, per cent of sqrt 3",
     )
-}
-
-fn time(done: &Value, i: usize) -> Bar {
-    let at = |what: &str| number(done, &format!("/runs/{i}/results/cpu_frame/{what}"));
-    Bar { value: at("p50"), interval: Some([at("median_ci95/0"), at("median_ci95/1")]) }
 }
 
 fn row(name: &str, rule: &str, done: &Value) -> Vec<String> {

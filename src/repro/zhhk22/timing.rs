@@ -13,16 +13,18 @@ pub struct Case {
     pub scene: String,
     /// Flags of the pair, without those of the protocol.
     pub flags: String,
-    /// What every frame does first, in words.
+    /// What every frame does, in words.
     pub edits: &'static str,
 }
 
 /// Flags of the protocol: the whole one, or one that takes seconds on a software rasteriser.
-pub fn protocol(sheet: &Sheet) -> &'static str {
+pub fn protocol(sheet: &Sheet) -> String {
+    let frames = sheet.frames().map(|n| format!(" --frames {n}"));
     if sheet.full() {
-        ""
+        frames.unwrap_or_default()
     } else {
-        " --size 640x360 --warmup 2 --warmup-seconds 0 --frames 12 --stats-frames 1 --repeats 2"
+        let frames = frames.unwrap_or_else(|| " --frames 12".to_owned());
+        format!(" --size {} --warmup 2 --warmup-seconds 0 --stats-frames 1 --repeats 2{frames}", size(sheet))
     }
 }
 
@@ -35,64 +37,104 @@ pub fn size(sheet: &Sheet) -> &'static str {
     }
 }
 
-/// Measures the cases and fills the sheet with their table and bars.
-pub fn measure(sheet: &mut Sheet, cases: &[Case]) -> Result<(), ReproError> {
+/// Runs a pair; what `bench` prints. Caveats become notes.
+pub fn pair(sheet: &mut Sheet, case: &Case) -> Result<Value, ReproError> {
+    let folder = sheet.file(&case.name.replace(' ', "_"));
+    let command = format!("bench {} -o {folder} {}{}", case.scene, case.flags, protocol(sheet));
+    let done = sheet.run(&command)?;
+    for caveat in done["caveats"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+        sheet.note(format!("Caveat of the timings: {caveat}."));
+    }
+    Ok(done)
+}
+
+/// Median frame of run `i` of what [`pair`] returns, with its interval.
+pub fn median(done: &Value, i: usize) -> Bar {
+    let at = |what: &str| number(done, &format!("/runs/{i}/results/cpu_frame/{what}"));
+    Bar { value: at("p50"), interval: Some([at("median_ci95/0"), at("median_ci95/1")]) }
+}
+
+/// Median ratio of frame times, global over adaptive, with its interval.
+pub fn ratio(done: &Value) -> Bar {
+    let at = |what: &str| number(done, &format!("/pairs/0/ratios/cpu_frame/median/{what}"));
+    Bar { value: at("ratio"), interval: Some([at("ci95/0"), at("ci95/1")]) }
+}
+
+/// Columns of [`cells`].
+pub const COLUMNS: [&str; 14] = [
+    "adaptive_triangles",
+    "adaptive_mean_ms",
+    "adaptive_median_ms",
+    "adaptive_low_ms",
+    "adaptive_high_ms",
+    "global_triangles",
+    "global_mean_ms",
+    "global_median_ms",
+    "global_low_ms",
+    "global_high_ms",
+    "global_over_adaptive",
+    "ratio_low",
+    "ratio_high",
+    "faster",
+];
+
+/// What is said of a ratio: who is faster.
+pub fn faster(ratio: &Bar) -> &'static str {
+    match ratio.interval {
+        Some([low, _]) if low > 1.0 => "adaptive",
+        Some([_, high]) if high < 1.0 => "global",
+        _ => "neither",
+    }
+}
+
+/// Times and ratio of a pair as cells.
+pub fn cells(done: &Value) -> Vec<String> {
+    let mut row = Vec::new();
+    for i in [0, 1] {
+        row.push(cell(done, &format!("/runs/{i}/triangles")));
+        for what in ["mean", "p50", "median_ci95/0", "median_ci95/1"] {
+            row.push(cell(done, &format!("/runs/{i}/results/cpu_frame/{what}")));
+        }
+    }
+    for what in ["ratio", "ci95/0", "ci95/1"] {
+        row.push(cell(done, &format!("/pairs/0/ratios/cpu_frame/median/{what}")));
+    }
+    row.push(faster(&ratio(done)).to_owned());
+    row
+}
+
+/// A ratio with its interval, for people.
+pub fn ratio_text(ratio: &Bar) -> String {
+    let [low, high] = ratio.interval.unwrap_or([f64::NAN; 2]);
+    format!("{:.3} [{low:.3}, {high:.3}]", ratio.value)
+}
+
+/// Measures the cases and fills the sheet with their table and bars, `NAME.csv` and `NAME.svg`; returns the ratios.
+pub fn measure(sheet: &mut Sheet, name: &str, cases: &[Case]) -> Result<Vec<Bar>, ReproError> {
     let mut rows = Vec::new();
     let mut groups = Vec::new();
+    let mut ratios = Vec::new();
     for case in cases {
-        let folder = sheet.file(&case.name.replace(' ', "_"));
-        let command = format!("bench {} -o {folder} {}{}", case.scene, case.flags, protocol(sheet));
-        let done = sheet.run(&command)?;
-        for caveat in done["caveats"].as_array().into_iter().flatten().filter_map(Value::as_str) {
-            sheet.note(format!("Caveat of the timings: {caveat}."));
-        }
-        let run = |i: usize, what: &str| format!("/runs/{i}/{what}");
-        let time = |i: usize| Bar {
-            value: number(&done, &run(i, "results/cpu_frame/p50")),
-            interval: Some([0, 1].map(|end| number(&done, &run(i, &format!("results/cpu_frame/median_ci95/{end}"))))),
-        };
-        groups.push((case.name.replace(' ', "\n"), vec![Some(time(0)), Some(time(1))]));
-        let mut row = vec![case.name.clone(), case.edits.to_owned()];
-        for i in [0, 1] {
-            row.push(cell(&done, &run(i, "triangles")));
-            for what in ["mean", "p50", "median_ci95/0", "median_ci95/1"] {
-                row.push(cell(&done, &run(i, &format!("results/cpu_frame/{what}"))));
-            }
-        }
-        for what in ["median/ratio", "median/ci95/0", "median/ci95/1", "median/verdict"] {
-            row.push(cell(&done, &format!("/pairs/0/ratios/cpu_frame/{what}")));
-        }
-        rows.push(row);
+        let done = pair(sheet, case)?;
+        groups.push((case.name.replace(' ', "\n"), vec![Some(median(&done, 0)), Some(median(&done, 1))]));
+        rows.push([case.name.clone(), case.edits.to_owned()].into_iter().chain(cells(&done)).collect());
+        ratios.push(ratio(&done));
     }
-    let columns = [
-        "case",
-        "edits",
-        "adaptive_triangles",
-        "adaptive_mean_ms",
-        "adaptive_median_ms",
-        "adaptive_low_ms",
-        "adaptive_high_ms",
-        "global_triangles",
-        "global_mean_ms",
-        "global_median_ms",
-        "global_low_ms",
-        "global_high_ms",
-        "global_over_adaptive",
-        "ratio_low",
-        "ratio_high",
-        "verdict",
-    ];
+    let columns = [&["case", "edits"][..], &COLUMNS].concat();
     let bars = Bars {
         axis: "median frame, ms".to_owned(),
         series: vec!["adaptive".to_owned(), "global".to_owned()],
         groups,
         logarithmic: true,
     };
-    sheet.plot("times.svg", &bars.svg(), "Median time of a frame with its 95 % interval, logarithmic")?;
+    let edits = cases.first().map_or("", |case| case.edits);
+    let caption = format!("Every frame: {edits}. Median time of a frame with its 95 % interval, logarithmic");
+    sheet.plot(&format!("{name}.svg"), &bars.svg(), caption)?;
     sheet.table(
-        "times.csv",
+        &format!("{name}.csv"),
         &columns,
         rows,
         "Frame times, and the ratio of frames measured in turns: above 1, adaptive refinement is faster",
-    )
+    )?;
+    Ok(ratios)
 }
