@@ -113,7 +113,7 @@
 //! | 6 Fig. 19 | `scenes/unit/sharp_three_meet.json`, `sharp_two_meet.json`; `repro --only fig19` |
 //! | 6 Figs. 20, 21: frame times | [`timing`], `gradtess bench`; `repro --only fig20,fig21` |
 //! | 6 fixed tessellation factors | [`patch::tess`]; against screen-space ones at equal error: `repro --only pixels` |
-//! | 7 irregular faces affected down to some level | [`refine::Mode::Adaptive`]'s `isolate`; error against patches: `repro --only isolate` |
+//! | 7 irregular faces affected down to some level | [`refine::Mode::Adaptive`]'s `isolate`, [`refine::isolation`]; error against patches: `repro --only isolate` |
 //! | 7 Fig. 22: bicubic against Gregory | [`patch::points::Irregular`], `--patches bicubic`; `repro --only fig22` |
 //! | 7.2 local updates of the buffers, several cores | [`incremental`], [`gpu::Gpu::update_points`]; several cores: - |
 //! | App. A index mapping, Fig. A.1 | [`subdiv::index_map`]; two errata below |

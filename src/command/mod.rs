@@ -107,7 +107,8 @@ pub struct Refining {
     /// Level of --mode global; the finest edit level unless given
     #[arg(long, value_name = "L")]
     level: Option<u32>,
-    /// Refine irregular faces this many levels more, around extraordinary vertices and meeting sharp edges (rules gradtess)
+    /// Refine irregular faces this many levels more, around extraordinary vertices and meeting sharp edges; where five and
+    /// more edges meet, as many as make the error so many times less (rules gradtess)
     #[arg(long, value_name = "N", default_value_t = 0)]
     isolate: u32,
     /// Leave out the cascade of refinement around extraordinary vertices, to see what it is for (rules authors)

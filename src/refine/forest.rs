@@ -11,6 +11,7 @@
 //! | the point of face F | 1-rings of F's vertices | the same |
 
 use super::edits::{Edits, Paint, MAX_LEVEL};
+use super::isolation;
 use super::meetings::{self, meetings};
 use super::Rules;
 use crate::mesh::NONE;
@@ -367,20 +368,24 @@ fn irregular_vertices(map: &IndexMap, extraordinary: &[bool]) -> Vec<(u32, Slot)
     own.chain(of_faces).collect()
 }
 
-/// Refines the faces around each of the vertices `depth` times more than the forest has it.
+/// Refines the faces around each of the vertices `depth` times more than the forest has it, at higher valences as often as
+/// has the same effect.
 fn isolate_vertices(forest: &mut Forest, map: &IndexMap, vertices: &[(u32, Slot)], depth: u32) {
-    let drawn: Vec<u32> = vertices
+    let drawn: Vec<(u32, u32)> = vertices
         .iter()
         .map(|&(level, d)| {
             let mut deepest = level;
+            let (mut valence, mut interior) = (0, true);
             map.around(level, d, |spoke| {
+                valence += 1;
+                interior &= map.twin(level, spoke).is_some();
                 let refined = (level..MAX_LEVEL).take_while(|l| forest.has(map, *l, spoke << (2 * (l - level))));
                 deepest = deepest.max(level + refined.count() as u32);
             });
-            deepest
+            (deepest, if interior { isolation::levels(valence, depth) } else { depth })
         })
         .collect();
-    for (&(level, d), drawn) in vertices.iter().zip(drawn) {
+    for (&(level, d), (drawn, depth)) in vertices.iter().zip(drawn) {
         for l in level..(drawn + depth).min(MAX_LEVEL) {
             forest.mark_star(map, l, d << (2 * (l - level)));
         }

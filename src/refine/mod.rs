@@ -7,6 +7,7 @@
 
 pub mod edits;
 pub mod forest;
+pub mod isolation;
 pub mod meetings;
 pub mod region;
 
@@ -37,7 +38,8 @@ pub enum Mode {
     /// Only affected faces are refined (`isolate` 0: as the paper).
     Adaptive {
         /// How many levels more the irregular faces around extraordinary vertices and meeting sharp edges are refined,
-        /// counted from the level at which they would be drawn; [`Rules::Gradtess`] only.
+        /// counted from the level at which they would be drawn; [`Rules::Gradtess`] only. Where five and more edges meet, as
+        /// many as make the error so many times less ([`isolation`]).
         isolate: u32,
     },
     /// Uniform subdivision to a level: the paper's rival, and the way to whole meshes.
