@@ -172,7 +172,7 @@
 //! | 4 procedural displacement, Fig. 4 | [`pattern::displace`]; `scenes/pattern/sphere.json`, `ocean.json` |
 //! | 4 Fig. 6 | `scenes/pattern/character.json` |
 //! | 3.2 one draw a triangle, attributes as uniforms | [`gpu::PatternMethod::Draws`]; its successors and rivals are the other methods |
-//! | 3.3 levels of detail, Fig. 3 | `--level`; - chosen by distance, or triangle by triangle |
+//! | 3.3 levels of detail, Fig. 3; 6 adaptive and geomorphic ones | [`pattern::detail`]; `--lod mesh`, `--lod triangle` |
 //! | 5 Fig. 7 | `gradtess bench --grid fig7` |
 //! | App. A curved PN triangles | [`pattern::Control`], [`pattern::evaluate`](mod@pattern::evaluate); both factors of the normals: [`pattern::NormalField`] |
 //! | App. B scalar tagged meshes | [`pattern::Tag`], [`pattern::Control`]; which side of a crease an edge takes is said there |

@@ -66,6 +66,7 @@ fn compile(root: &Path) -> Result<String, String> {
             Some("vert") => shaderc::ShaderKind::Vertex,
             Some("tesc") => shaderc::ShaderKind::TessControl,
             Some("tese") => shaderc::ShaderKind::TessEvaluation,
+            Some("comp") => shaderc::ShaderKind::Compute,
             _ => shaderc::ShaderKind::Fragment,
         };
         let artifact = compiler

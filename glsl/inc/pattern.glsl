@@ -1,20 +1,10 @@
-// A coarse triangle and its evaluation (BS05). CPU twins: src/gpu/pattern.rs (`Block`, `PatternPush`),
-// src/pattern/evaluate.rs, src/pattern/displace.rs. Sums are grouped as there: on an edge exactly two terms of each group
+// Evaluation of a coarse triangle (BS05). CPU twins: src/gpu/pattern/attributes.rs (`PatternPush`), src/pattern/evaluate.rs,
+// src/pattern/displace.rs. Sums are grouped as there: on an edge exactly two terms of each group
 // are left, and a sum of two does not depend on their order, so both triangles of an edge get the same bits.
 layout(constant_id = 0) const uint EVALUATOR = 1u;    // 0 linear, 1 cubic
 layout(constant_id = 1) const uint DISPLACEMENT = 0u; // 0 none, 1 sine, 2 noise, 3 height map
 
-struct Triangle {
-    vec4 point[10];
-    vec4 normal[6];
-    vec4 direction[6];
-    vec4 colour[3];
-    vec4 uv01;      // texture coordinates of corners 0 and 1
-    vec4 uv2;       // of corner 2
-    vec4 gradient_s;
-    vec4 gradient_t;
-    vec4 unused[3];
-};
+#include "inc/triangle.glsl"
 
 layout(push_constant, std430) uniform Push {
     mat4 clip;       // from model to clip space
@@ -25,7 +15,9 @@ layout(push_constant, std430) uniform Push {
     uint seed;
     uint show;       // 0 lit, 1 normals, 2 flat
     uint vertices;   // read-back: vertices of the pattern
-    uint unused[3];
+    uint list;       // levels of detail: first instance of the pattern
+    uint record;     // read-back: first record
+    uint level;      // levels of detail: segments of the pattern
 } push;
 
 layout(set = 0, binding = 2, std430) readonly buffer Heights {
@@ -126,6 +118,10 @@ vec3 position_at(Triangle t, vec3 at)
 vec3 field_at(vec4 n[6], vec3 at)
 {
     precise float w = at.x, u = at.y, v = at.z;
+    if (EVALUATOR == 0u) {
+        precise vec3 even = (n[0].xyz * w + n[1].xyz * u) + n[2].xyz * v;
+        return even;
+    }
     precise float ww = w * w, uu = u * u, vv = v * v, wu = w * u, uv = u * v, vw = v * w;
     precise vec3 corners = (n[0].xyz * ww + n[1].xyz * uu) + n[2].xyz * vv;
     precise vec3 middles = (n[3].xyz * wu + n[4].xyz * uv) + n[5].xyz * vw;

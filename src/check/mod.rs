@@ -3,6 +3,7 @@
 pub mod cracks;
 pub mod error_map;
 pub mod exact;
+pub mod flight;
 pub mod folds;
 pub mod limit_picture;
 pub mod locate;

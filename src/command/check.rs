@@ -73,6 +73,12 @@ pub struct Check {
     surface: SurfaceFlags,
     #[command(flatten)]
     pattern: PatternFlags,
+    /// A scripted flight of N frames: background within the outline
+    #[arg(long, value_name = "N", help_heading = "Refinement patterns (BS05)")]
+    fly: Option<u32>,
+    /// A slow zoom of N frames: how much pixels change from one to the next
+    #[arg(long, value_name = "N", help_heading = "Refinement patterns (BS05)")]
+    slow_zoom: Option<u32>,
 }
 
 /// Level from 1 to `most`, the integer part of a log-uniform number.
@@ -106,6 +112,11 @@ impl Check {
         let subject = Subject::open(&self.scene, global)?;
         if !matches!(subject, Subject::Pattern(_)) {
             self.pattern.refuse()?;
+            if self.fly.or(self.slow_zoom).is_some() {
+                return Err(Failure::input(
+                    "--fly and --slow-zoom go with scenes of technique pattern; leave them out",
+                ));
+            }
         }
         match subject {
             Subject::Subdivision(loaded) => {
@@ -134,7 +145,11 @@ impl Check {
                     views: self.zooms,
                     seed: self.seed,
                     size: self.picture.size.unwrap_or(SIZE),
+                    fly: self.fly,
+                    slow_zoom: self.slow_zoom,
                     method: self.pattern.method(),
+                    detail: self.pattern.detail(self.picture.refining.level)?,
+                    coarse: self.pattern.coarse(&pattern.scene),
                 };
                 super::pattern::check::run(&pattern.scene, &request, global)
             }

@@ -196,6 +196,8 @@ impl Render {
                     level: pattern_level(&self.picture.refining, &pattern.scene)?,
                     background: self.background.0,
                     samples: self.samples,
+                    detail: self.pattern.detail(self.picture.refining.level)?,
+                    coarse: self.pattern.coarse(&pattern.scene),
                 };
                 super::pattern::render::run(&pattern.scene, &canvas, global)
             }

@@ -98,6 +98,15 @@ impl DepthFrame {
         Ok(pairs.into_iter().map(|(_, to)| to).collect())
     }
 
+    /// Records and waits for something that draws nothing.
+    pub fn compute(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<(), GpuError> {
+        self.commands.run(|commands| {
+            record(commands);
+            Ok(())
+        })?;
+        Ok(())
+    }
+
     /// Draws the frame and waits for it: `before` records outside of the render pass, `draw` within it. With `read`, the
     /// picture is copied to the host, for [`DepthFrame::pixels`].
     pub fn run(

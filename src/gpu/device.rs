@@ -101,7 +101,8 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
         )
     };
     let limits = &properties.limits;
-    let queue_family = families.iter().position(|f| f.queue_flags.contains(vk::QueueFlags::GRAPHICS));
+    let queue_family =
+        families.iter().position(|f| f.queue_flags.contains(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE));
     let colour = |format| {
         // SAFETY: as above.
         let found = unsafe { instance.handle.get_physical_device_format_properties(handle, format) };
@@ -117,7 +118,7 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Can
         }
     };
     need(properties.api_version >= vk::API_VERSION_1_1, "Vulkan 1.1");
-    need(queue_family.is_some(), "a graphics queue");
+    need(queue_family.is_some(), "a queue for graphics and compute");
     need(features.tessellation_shader == vk::TRUE, "tessellationShader");
     need(limits.max_tessellation_generation_level >= 64, "tessellation level 64");
     need(limits.max_tessellation_patch_size >= PATCH_POINTS, "patches of 28 points");

@@ -18,6 +18,9 @@ pub(super) struct Recipe<'a> {
     pub stride: u32,
     /// Attributes at locations 0, 1, ..., 16 bytes from one to the next.
     pub formats: &'a [vk::Format],
+    /// Binding 1, where there is one: bytes from instance to instance, and where in them vectors of four floats stand, at
+    /// the locations that follow.
+    pub instances: Option<(u32, &'a [u32])>,
     pub topology: vk::PrimitiveTopology,
     /// Control points of a patch; 0 without tessellation.
     pub patch_points: u32,
@@ -55,15 +58,26 @@ impl Recipe<'_> {
                     .build()
             })
             .collect();
-        let bindings = [vk::VertexInputBindingDescription {
+        let mut bindings = vec![vk::VertexInputBindingDescription {
             binding: 0,
             stride: self.stride,
             input_rate: vk::VertexInputRate::VERTEX,
         }];
-        let attributes: Vec<vk::VertexInputAttributeDescription> = (0..)
+        let mut attributes: Vec<vk::VertexInputAttributeDescription> = (0..)
             .zip(self.formats)
             .map(|(i, &format)| vk::VertexInputAttributeDescription { location: i, binding: 0, format, offset: 16 * i })
             .collect();
+        if let Some((stride, offsets)) = self.instances {
+            bindings.push(vk::VertexInputBindingDescription {
+                binding: 1,
+                stride,
+                input_rate: vk::VertexInputRate::INSTANCE,
+            });
+            let format = vk::Format::R32G32B32A32_SFLOAT;
+            attributes.extend((self.formats.len() as u32..).zip(offsets).map(|(location, &offset)| {
+                vk::VertexInputAttributeDescription { location, binding: 1, format, offset }
+            }));
+        }
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::builder()
             .vertex_binding_descriptions(&bindings)
             .vertex_attribute_descriptions(&attributes);

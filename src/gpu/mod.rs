@@ -16,8 +16,10 @@
 mod calibrate;
 mod canary;
 mod close_button;
+mod compute;
 mod context;
 mod depth_frame;
+mod descriptors;
 mod device;
 mod draw;
 mod error;
@@ -49,7 +51,7 @@ pub use draw::{Canvas, Format, Frame, FrameTimes, Pixels, PreparedFrame, Rendere
 pub use error::GpuError;
 pub use instance::Message;
 pub use partial::Uploaded;
-pub use pattern::{PatternFrame, PatternMethod, PatternScene, PatternShow, PreparedPattern};
+pub use pattern::{EvaluatedTriangle, PatternFrame, PatternMethod, PatternScene, PatternShow, PreparedPattern};
 pub use query::{GpuSpan, GpuTimes, Statistics};
 pub use readback::EvaluatedPoint;
 pub use show::{level_colour, patch_colour, Show, WIRE_COLOUR};
@@ -231,8 +233,22 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Lacks`] on devices without stores in vertex stages; or a call failed.
     pub fn evaluate_pattern(&self, scene: &PatternScene, frame: &PatternFrame) -> Result<Vec<[[f32; 3]; 2]>, GpuError> {
-        let frame = PatternFrame { method: PatternMethod::Instanced, ..frame.clone() };
+        let frame = PatternFrame { method: PatternMethod::Instanced, detail: None, ..frame.clone() };
         PreparedPattern::new(&self.context, &self.pipelines.passes, scene, &frame, true)?.records()
+    }
+
+    /// Position and normal of every vertex that the device makes between levels of detail, with the levels that the host
+    /// ([`PatternMethod::Instanced`]) or the device ([`PatternMethod::Indirect`]) chose, ordered by triangle. Of `frame`,
+    /// method, detail, camera and height count.
+    ///
+    /// # Errors
+    /// [`GpuError::Lacks`] on devices without stores in vertex stages; the frame has no levels of detail; or a call failed.
+    pub fn evaluate_detail(
+        &self,
+        scene: &PatternScene,
+        frame: &PatternFrame,
+    ) -> Result<Vec<EvaluatedTriangle>, GpuError> {
+        PreparedPattern::new(&self.context, &self.pipelines.passes, scene, frame, true)?.detail_records()
     }
 
     /// Every vertex that the device makes of a table, sorted by range, patch and coordinate. `scale` is pixels a model

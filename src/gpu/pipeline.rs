@@ -144,6 +144,7 @@ impl Pipelines {
             constants: &[],
             stride: size_of::<[f32; 8]>() as u32,
             formats: &[vk::Format::R32G32B32A32_SFLOAT; 2],
+            instances: None,
             topology: vk::PrimitiveTopology::PATCH_LIST,
             patch_points: (kind.points() + extra) as u32,
             wire: fill == Fill::Wire,

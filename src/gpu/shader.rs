@@ -34,8 +34,20 @@ pub(super) const SOLID_FRAGMENT: Spv = spv!("solid.frag");
 pub(super) const PATTERN_VERTEX: Spv = spv!("pattern.vert");
 /// The same with its triangle's attributes as uniforms.
 pub(super) const PATTERN_UNIFORM: Spv = spv!("pattern_uniform.vert");
-/// The same, written to a buffer.
+/// The same of a flat triangle whose attributes change with the instance.
+pub(super) const PATTERN_FLAT: Spv = spv!("pattern_flat.vert");
+/// The same between levels of detail.
+pub(super) const PATTERN_DETAIL: Spv = spv!("pattern_detail.vert");
+/// By instance, written to a buffer.
 pub(super) const PATTERN_READBACK: Spv = spv!("pattern_readback.vert");
+/// Of a flat triangle, written to a buffer.
+pub(super) const PATTERN_FLAT_READBACK: Spv = spv!("pattern_flat_readback.vert");
+/// Between levels of detail, written to a buffer.
+pub(super) const PATTERN_DETAIL_READBACK: Spv = spv!("pattern_detail_readback.vert");
+/// Chooses levels of detail.
+pub(super) const PATTERN_DETAIL_CHOICE: Spv = spv!("pattern_detail.comp");
+/// Makes coefficients of curved triangles.
+pub(super) const PATTERN_COEFFICIENTS: Spv = spv!("pattern_control.comp");
 /// A vertex of a whole refined mesh.
 pub(super) const PATTERN_STATIC: Spv = spv!("pattern_static.vert");
 /// A coarse triangle on its way to the tessellator.

@@ -243,6 +243,7 @@ impl PreparedSolid {
             constants: &[],
             stride: size_of::<[f32; 8]>() as u32,
             formats: &[vk::Format::R32G32B32A32_SFLOAT; 2],
+            instances: None,
             topology: match primitive {
                 Primitive::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
                 Primitive::Lines => vk::PrimitiveTopology::LINE_LIST,

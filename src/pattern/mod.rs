@@ -20,12 +20,14 @@
 //! ```
 
 pub mod control;
+pub mod detail;
 pub mod displace;
 pub mod evaluate;
 pub mod lattice;
 pub mod mesh;
 
 pub use control::{Control, Evaluator, NormalField};
+pub use detail::Detail;
 pub use displace::Displacement;
 pub use evaluate::Point;
 pub use lattice::RefinementPattern;

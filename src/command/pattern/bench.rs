@@ -135,7 +135,8 @@ fn cell(gpu: &Gpu, request: &Request, level: u32, count: u32) -> Result<Vec<Row>
     let controls: Vec<Control> =
         (0..mesh.triangles.len()).map(|t| Control::new(&mesh, t, evaluator, NormalField::Linear)).collect();
     let pattern = RefinementPattern::quad(level).map_err(Failure::input)?;
-    let scene = Drawn { controls: &controls, evaluator, displacement: &Displacement::None, pattern: &pattern };
+    let scene =
+        Drawn { controls: &controls, evaluator, displacement: &Displacement::None, pattern: &pattern, coarse: None };
     let bounds = bounds(&controls, 0.0);
     let aspect = f64::from(request.size[0]) / f64::from(request.size[1]);
     let frame = |method| PatternFrame {
@@ -145,6 +146,7 @@ fn cell(gpu: &Gpu, request: &Request, level: u32, count: u32) -> Result<Vec<Row>
         bounds,
         show: PatternShow::Shaded,
         method,
+        detail: None,
         background: Some([1.0; 4]),
         samples: 1,
     };

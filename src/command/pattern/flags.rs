@@ -2,8 +2,9 @@
 
 use crate::command::{Failure, Refining};
 use crate::gpu::PatternMethod;
+use crate::pattern::detail::{Scope, MOST};
 use crate::pattern::lattice::MAX_LEVEL;
-use crate::pattern::{Evaluator, NormalField};
+use crate::pattern::{CoarseMesh, Detail, Evaluator, NormalField};
 use crate::scene::pattern::PatternScene;
 use clap::{Args, ValueEnum};
 
@@ -26,6 +27,34 @@ pub struct PatternFlags {
     /// The grid pattern of Fig. 7 instead of the triangular one
     #[arg(long)]
     pub grid_pattern: bool,
+    /// Levels of detail by the length of edges on the picture; --level is then the finest [default: 128]
+    #[arg(long, value_enum)]
+    lod: Option<LodFlag>,
+    /// Pixels that a segment of an edge should have, with --lod [default: 8]
+    #[arg(long, value_name = "PX")]
+    segment: Option<f64>,
+    /// Levels pop instead of melting into one another, with --lod
+    #[arg(long)]
+    no_morph: bool,
+    /// Where coefficients of curved triangles are made [default: cpu]
+    #[arg(long, value_enum)]
+    coefficients: Option<CoefficientsFlag>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum LodFlag {
+    /// One level for all of the mesh, by its distance
+    Mesh,
+    /// Each edge has its own
+    Triangle,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum CoefficientsFlag {
+    /// Before they are uploaded, as in the paper
+    Cpu,
+    /// By a compute shader, from the coarse mesh
+    Gpu,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -38,6 +67,8 @@ enum MethodFlag {
     Static,
     /// Hardware tessellation
     Hardware,
+    /// Levels of detail chosen on the device, one indirect draw for each
+    Indirect,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -63,7 +94,7 @@ impl PatternFlags {
         match *self == PatternFlags::default() {
             true => Ok(()),
             false => Err(Failure::input(
-                "--evaluator, --normal-field, --time, --method and --grid-pattern go with scenes of technique pattern; leave them out",
+                "--evaluator, --normal-field, --time, --method, --grid-pattern, --lod, --segment, --no-morph and --coefficients go with scenes of technique pattern; leave them out",
             )),
         }
     }
@@ -74,16 +105,63 @@ impl PatternFlags {
             Some(MethodFlag::Draws) => PatternMethod::Draws,
             Some(MethodFlag::Static) => PatternMethod::Static,
             Some(MethodFlag::Hardware) => PatternMethod::Hardware,
+            Some(MethodFlag::Indirect) => PatternMethod::Indirect,
             Some(MethodFlag::Instanced) | None => PatternMethod::Instanced,
         }
     }
 
     /// Refuses flags of pictures, for commands that draw none.
     pub fn refuse_drawing(&self) -> Result<(), Failure> {
-        match self.method.is_none() && !self.grid_pattern {
+        let kept = PatternFlags {
+            evaluator: self.evaluator,
+            normal_field: self.normal_field,
+            time: self.time,
+            ..PatternFlags::default()
+        };
+        match *self == kept {
             true => Ok(()),
-            false => Err(Failure::input("--method and --grid-pattern go with commands that draw; leave them out")),
+            false => Err(Failure::input(
+                "--method, --grid-pattern, --lod, --segment, --no-morph and --coefficients go with commands that draw; leave them out",
+            )),
         }
+    }
+
+    /// The mesh that the device makes coefficients of, if it is to.
+    pub fn coarse<'a>(&self, scene: &'a PatternScene) -> Option<(&'a CoarseMesh, NormalField)> {
+        (self.coefficients == Some(CoefficientsFlag::Gpu)).then_some((&scene.mesh, scene.normal_field))
+    }
+
+    /// Levels of detail, if asked for; `level`: what `--level` says.
+    pub fn detail(&self, level: Option<u32>) -> Result<Option<Detail>, Failure> {
+        let Some(lod) = self.lod else {
+            return match self.segment.is_none() && !self.no_morph {
+                true => Ok(None),
+                false => {
+                    Err(Failure::input("--segment and --no-morph go with --lod; give --lod triangle or --lod mesh"))
+                }
+            };
+        };
+        if self.grid_pattern {
+            return Err(Failure::input("--lod draws triangular patterns; leave out --grid-pattern"));
+        }
+        let most = match level {
+            None => MOST,
+            Some(level) if level.is_power_of_two() && level <= MAX_LEVEL => level.ilog2(),
+            Some(level) => {
+                return Err(Failure::input(format_args!(
+                    "with --lod, --level {level} is no finest level; give 1, 2, 4, ... up to {MAX_LEVEL}"
+                )));
+            }
+        };
+        let segment = self.segment.unwrap_or(Detail::default().segment);
+        if !(0.1..=1e4).contains(&segment) {
+            return Err(Failure::input(format_args!("--segment {segment} is out of range; give 0.1 to 10000 pixels")));
+        }
+        let scope = match lod {
+            LodFlag::Mesh => Scope::Mesh,
+            LodFlag::Triangle => Scope::Triangle,
+        };
+        Ok(Some(Detail { scope, segment, most, morph: !self.no_morph }))
     }
 
     /// Changes a scene as the flags say.
@@ -143,5 +221,6 @@ pub fn method_name(method: PatternMethod) -> &'static str {
         PatternMethod::Instanced => "instanced",
         PatternMethod::Static => "static",
         PatternMethod::Hardware => "hardware",
+        PatternMethod::Indirect => "indirect",
     }
 }

@@ -3,7 +3,9 @@
 pub mod bench;
 pub mod check;
 pub mod flags;
+pub mod flight;
 pub mod open;
 pub mod render;
 pub mod sample;
 pub mod stats;
+pub mod twin;

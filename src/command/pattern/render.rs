@@ -7,7 +7,8 @@ use crate::command::open::milliseconds;
 use crate::command::picture::PictureFlags;
 use crate::command::{print, print_json, Failure, Global};
 use crate::gpu::{Gpu, GpuTimes, PatternFrame, PatternMethod, PatternScene as Drawn, PatternShow};
-use crate::pattern::{Control, RefinementPattern};
+use crate::pattern::detail::{self, Scope, View};
+use crate::pattern::{CoarseMesh, Control, Detail, NormalField, RefinementPattern};
 use crate::scene::pattern::PatternScene;
 use glam::DVec3;
 use serde::Serialize;
@@ -31,6 +32,20 @@ pub struct Canvas<'a> {
     pub background: Option<[f32; 4]>,
     /// Samples a pixel.
     pub samples: u32,
+    /// Levels of detail.
+    pub detail: Option<Detail>,
+    /// What the device makes coefficients of.
+    pub coarse: Option<(&'a CoarseMesh, NormalField)>,
+}
+
+/// Levels of detail of a picture.
+#[derive(Serialize)]
+struct LodReport {
+    scope: &'static str,
+    segment: f64,
+    morph: bool,
+    /// Coarse triangles drawn by the pattern of 1, 2, 4, ... segments.
+    triangles_by_pattern: Vec<usize>,
 }
 
 #[derive(Serialize)]
@@ -49,9 +64,25 @@ struct Report {
     vertices_stored: usize,
     triangles: usize,
     device_bytes: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lod: Option<LodReport>,
     record_ms: f64,
     wait_ms: f64,
     gpu: GpuTimes,
+}
+
+impl LodReport {
+    fn new(detail: &Detail, controls: &[Control], frame: &PatternFrame) -> LodReport {
+        let mut triangles_by_pattern = vec![0; detail.most as usize + 1];
+        for levels in detail::all(controls, frame.bounds, detail, &View::new(&frame.camera, frame.height)) {
+            triangles_by_pattern[levels.pattern() as usize] += 1;
+        }
+        let scope = match detail.scope {
+            Scope::Mesh => "mesh",
+            Scope::Triangle => "triangle",
+        };
+        LodReport { scope, segment: detail.segment, morph: detail.morph, triangles_by_pattern }
+    }
 }
 
 /// Least and greatest corner of all that the coefficients can reach.
@@ -81,11 +112,17 @@ pub fn run(scene: &PatternScene, canvas: &Canvas, global: &Global) -> Result<(),
         bounds,
         show: canvas.show,
         method: canvas.method,
+        detail: canvas.detail,
         background: canvas.background,
         samples: canvas.samples,
     };
-    let drawn =
-        Drawn { controls: &controls, evaluator: scene.evaluator, displacement: &scene.displacement, pattern: &pattern };
+    let drawn = Drawn {
+        controls: &controls,
+        evaluator: scene.evaluator,
+        displacement: &scene.displacement,
+        pattern: &pattern,
+        coarse: canvas.coarse,
+    };
     let gpu = Gpu::new(&global.gpu())?;
     let prepared = gpu.prepare_pattern(&drawn, &frame)?;
     let times = prepared.run(true)?;
@@ -95,6 +132,7 @@ pub fn run(scene: &PatternScene, canvas: &Canvas, global: &Global) -> Result<(),
     }
     let software = concat!("gradtess ", env!("CARGO_PKG_VERSION"));
     picture.write_png(canvas.output, &[("Software", software), ("Comment", &gpu.device().driver)])?;
+    let lod = canvas.detail.map(|detail| LodReport::new(&detail, &controls, &frame));
     let each = if canvas.method == PatternMethod::Static { controls.len() } else { 1 };
     let result = Report {
         schema: "gradtess.pattern_render/1",
@@ -109,11 +147,16 @@ pub fn run(scene: &PatternScene, canvas: &Canvas, global: &Global) -> Result<(),
         device: gpu.device().name.clone(),
         coarse_triangles: controls.len(),
         vertices_stored: match canvas.method {
+            _ if canvas.detail.is_some() => Detail::vertices(canvas.detail.map_or(0, |d| d.most)),
             PatternMethod::Hardware => controls.len(),
             _ => each * pattern.weights.len(),
         },
-        triangles: controls.len() * pattern.triangles(),
+        triangles: match &lod {
+            Some(lod) => lod.triangles_by_pattern.iter().enumerate().map(|(up, n)| n << (2 * up)).sum(),
+            None => controls.len() * pattern.triangles(),
+        },
         device_bytes: prepared.bytes(),
+        lod,
         record_ms: milliseconds(times.record_ns.into()),
         wait_ms: milliseconds(times.wait_ns.into()),
         gpu: times.gpu,
@@ -123,9 +166,13 @@ pub fn run(scene: &PatternScene, canvas: &Canvas, global: &Global) -> Result<(),
     }
     if !global.quiet {
         let r = &result;
+        let level = match r.lod {
+            Some(_) => format!("levels of detail to {}", 1 << canvas.detail.map_or(0, |d| d.most)),
+            None => format!("level {}", r.level),
+        };
         print(&format!(
-            "{}: {} coarse triangles at level {}, method {}, {} vertices stored, {} bytes on the device, {} x {} on {}\n",
-            r.output, r.coarse_triangles, r.level, r.method, r.vertices_stored, r.device_bytes, width, height, r.device
+            "{}: {} coarse triangles at {level}, method {}, {} vertices stored, {} bytes on the device, {} x {} on {}\n",
+            r.output, r.coarse_triangles, r.method, r.vertices_stored, r.device_bytes, width, height, r.device
         ));
     }
     Ok(())

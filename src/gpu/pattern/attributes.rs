@@ -2,6 +2,7 @@
 
 use super::{PatternFrame, PatternScene, PatternShow};
 use crate::gpu::context::Context;
+use crate::gpu::descriptors::Descriptors;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::memory::{bytes_of, Buffer, Plain};
 use crate::pattern::{Control, Displacement};
@@ -14,6 +15,9 @@ use std::rc::Rc;
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub(super) struct Block(pub [[f32; 4]; 32]);
+
+/// Where the attributes of a flat triangle stand in it: points, normals and colours of its corners.
+pub(super) const FLAT: [u32; 9] = [0, 16, 32, 160, 176, 192, 352, 368, 384];
 
 const _: () = assert!(size_of::<Block>() == 512);
 // SAFETY: repr(C), 4-byte fields only, without padding.
@@ -53,7 +57,9 @@ pub(super) struct PatternPush {
     seed: u32,
     show: u32,
     pub vertices: u32,
-    unused: [u32; 3],
+    pub list: u32,
+    pub record: u32,
+    pub level: u32,
 }
 
 const _: () = assert!(size_of::<PatternPush>() == 128);
@@ -88,7 +94,9 @@ impl PatternPush {
                 PatternShow::Wire => 2,
             },
             vertices: scene.pattern.weights.len() as u32,
-            unused: [0; 3],
+            list: 0,
+            record: 0,
+            level: 0,
         }
     }
 }
@@ -96,31 +104,34 @@ impl PatternPush {
 /// Stages that read push constants and descriptors.
 pub(super) const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::ALL_GRAPHICS;
 
-/// Layouts, descriptors and the buffers they name.
+/// How coefficients are used.
+pub(super) const STORAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
+    vk::BufferUsageFlags::STORAGE_BUFFER.as_raw()
+        | vk::BufferUsageFlags::UNIFORM_BUFFER.as_raw()
+        | vk::BufferUsageFlags::VERTEX_BUFFER.as_raw(),
+);
+
+/// The set of all attributes, with what it names.
 pub(super) struct Attributes {
     context: Rc<Context>,
-    set_layout: vk::DescriptorSetLayout,
+    descriptors: Descriptors,
     pub layout: vk::PipelineLayout,
-    pool: vk::DescriptorPool,
-    pub set: vk::DescriptorSet,
     /// Coefficients.
     pub controls: Buffer,
     // Named by the set.
     _heights: Buffer,
 }
 
-/// What stands at bindings 0 to 3: coefficients, one triangle of them, heights, records.
-const KINDS: [vk::DescriptorType; 4] = [
-    vk::DescriptorType::STORAGE_BUFFER,
-    vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
-    vk::DescriptorType::STORAGE_BUFFER,
-    vk::DescriptorType::STORAGE_BUFFER,
-];
-
 impl Attributes {
-    /// `records`: what the read-back writes to.
-    pub fn new(context: &Rc<Context>, scene: &PatternScene, records: Option<&Buffer>) -> Result<Attributes, GpuError> {
-        let blocks: Vec<Block> = scene.controls.iter().map(Block::new).collect();
+    /// `controls`: coefficients that the device has made; `records`: what the read-back writes to; `list`: triangles by
+    /// their level of detail.
+    pub fn new(
+        context: &Rc<Context>,
+        scene: &PatternScene,
+        controls: Option<Buffer>,
+        records: Option<&Buffer>,
+        list: Option<&Buffer>,
+    ) -> Result<Attributes, GpuError> {
         let mut heights: Vec<u8> = Vec::new();
         match scene.displacement {
             Displacement::Height(map) => {
@@ -130,98 +141,57 @@ impl Attributes {
             _ => heights.resize(32, 0),
         }
         let most = u64::from(context.info.limits.max_storage_buffer);
-        let sizes = [size_of_val(&blocks[..]) as u64, heights.len() as u64, records.map_or(0, |r| r.size)];
-        if sizes.iter().any(|&n| n > most) {
+        let blocks = (size_of::<Block>() * scene.controls.len()) as u64;
+        if [blocks, heights.len() as u64, records.map_or(0, |r| r.size)].iter().any(|&n| n > most) {
             return Err(GpuError::Request("the scene is too large for one buffer; ask for less".to_owned()));
         }
-        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let filled = |name, bytes: &[u8], usage| {
             let mut buffer = Buffer::new(context, name, bytes.len() as u64, usage, MemoryLocation::CpuToGpu)?;
             buffer.write(bytes)?;
             Ok::<Buffer, GpuError>(buffer)
         };
-        let uniform = vk::BufferUsageFlags::UNIFORM_BUFFER;
+        let heights = filled("heights", &heights, vk::BufferUsageFlags::STORAGE_BUFFER)?;
+        let controls = match controls {
+            Some(made) => made,
+            None => {
+                let blocks: Vec<Block> = scene.controls.iter().map(Block::new).collect();
+                filled("coarse triangles", bytes_of(&blocks), STORAGE)?
+            }
+        };
+        let storage = vk::DescriptorType::STORAGE_BUFFER;
+        // What is not there is not looked at either.
+        let bound = [
+            (storage, &controls, vk::WHOLE_SIZE),
+            (vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC, &controls, size_of::<Block>() as u64),
+            (storage, &heights, vk::WHOLE_SIZE),
+            (storage, records.unwrap_or(&heights), vk::WHOLE_SIZE),
+            (storage, list.unwrap_or(&heights), vk::WHOLE_SIZE),
+        ];
         let mut made = Attributes {
             context: Rc::clone(context),
-            set_layout: vk::DescriptorSetLayout::null(),
+            descriptors: Descriptors::new(context, "pattern attributes", STAGES, &bound)?,
             layout: vk::PipelineLayout::null(),
-            pool: vk::DescriptorPool::null(),
-            set: vk::DescriptorSet::null(),
-            controls: filled("coarse triangles", bytes_of(&blocks), storage | uniform)?,
-            _heights: filled("heights", &heights, storage)?,
+            controls,
+            _heights: heights,
         };
-        made.layouts()?;
-        let of = |buffer: &Buffer, range| [vk::DescriptorBufferInfo { buffer: buffer.handle, offset: 0, range }];
-        let all = vk::WHOLE_SIZE;
-        let infos = [
-            of(&made.controls, all),
-            of(&made.controls, size_of::<Block>() as u64),
-            of(&made._heights, all),
-            // Without a read-back nothing writes there.
-            of(records.unwrap_or(&made._heights), all),
-        ];
-        let writes: Vec<vk::WriteDescriptorSet> = (0..)
-            .zip(KINDS)
-            .map(|(i, kind)| {
-                vk::WriteDescriptorSet::builder()
-                    .dst_set(made.set)
-                    .dst_binding(i)
-                    .descriptor_type(kind)
-                    .buffer_info(&infos[i as usize])
-                    .build()
-            })
-            .collect();
-        // SAFETY: the set is not in use; the buffers live as long as it.
-        unsafe { context.device.update_descriptor_sets(&writes, &[]) };
+        let layouts = [made.descriptors.layout];
+        let ranges = [vk::PushConstantRange { stage_flags: STAGES, offset: 0, size: size_of::<PatternPush>() as u32 }];
+        let info = vk::PipelineLayoutCreateInfo::builder().set_layouts(&layouts).push_constant_ranges(&ranges);
+        // SAFETY: the info is valid; 128 bytes of push constants are within every device's limit.
+        made.layout =
+            unsafe { context.device.create_pipeline_layout(&info, None) }.named("vkCreatePipelineLayout", "pattern")?;
         Ok(made)
     }
 
-    /// Makes the layouts, the pool and its one set.
-    fn layouts(&mut self) -> Result<(), GpuError> {
-        let bindings: Vec<vk::DescriptorSetLayoutBinding> = (0..)
-            .zip(KINDS)
-            .map(|(i, kind)| {
-                vk::DescriptorSetLayoutBinding::builder()
-                    .binding(i)
-                    .descriptor_type(kind)
-                    .descriptor_count(1)
-                    .stage_flags(STAGES)
-                    .build()
-            })
-            .collect();
-        let device = &self.context.device;
-        let info = vk::DescriptorSetLayoutCreateInfo::builder().bindings(&bindings);
-        // SAFETY: the device is alive, the infos valid; 128 bytes of push constants are within every device's limit.
-        unsafe {
-            self.set_layout = device
-                .create_descriptor_set_layout(&info, None)
-                .named("vkCreateDescriptorSetLayout", "pattern attributes")?;
-            let sets = [self.set_layout];
-            let ranges =
-                [vk::PushConstantRange { stage_flags: STAGES, offset: 0, size: size_of::<PatternPush>() as u32 }];
-            let info = vk::PipelineLayoutCreateInfo::builder().set_layouts(&sets).push_constant_ranges(&ranges);
-            self.layout = device.create_pipeline_layout(&info, None).named("vkCreatePipelineLayout", "pattern")?;
-            let size = |ty| vk::DescriptorPoolSize {
-                ty,
-                descriptor_count: KINDS.iter().filter(|&&kind| kind == ty).count() as u32,
-            };
-            let sizes = [size(vk::DescriptorType::STORAGE_BUFFER), size(vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC)];
-            let info = vk::DescriptorPoolCreateInfo::builder().max_sets(1).pool_sizes(&sizes);
-            self.pool = device.create_descriptor_pool(&info, None).named("vkCreateDescriptorPool", "pattern")?;
-            let info = vk::DescriptorSetAllocateInfo::builder().descriptor_pool(self.pool).set_layouts(&sets);
-            self.set = device.allocate_descriptor_sets(&info).named("vkAllocateDescriptorSets", "pattern")?[0];
-        }
-        Ok(())
+    /// The set.
+    pub fn set(&self) -> vk::DescriptorSet {
+        self.descriptors.set
     }
 }
 
 impl Drop for Attributes {
     fn drop(&mut self) {
-        // SAFETY: every submission is waited for before its call returns. The set goes with its pool.
-        unsafe {
-            self.context.device.destroy_descriptor_pool(self.pool, None);
-            self.context.device.destroy_pipeline_layout(self.layout, None);
-            self.context.device.destroy_descriptor_set_layout(self.set_layout, None);
-        }
+        // SAFETY: every submission is waited for before its call returns.
+        unsafe { self.context.device.destroy_pipeline_layout(self.layout, None) };
     }
 }

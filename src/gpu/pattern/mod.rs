@@ -1,6 +1,8 @@
 //! Draws coarse triangles by a refinement pattern (BS05), and by its rivals: a static buffer and hardware tessellation.
 
 mod attributes;
+mod coefficients;
+mod detail;
 mod refined;
 
 use super::context::Context;
@@ -13,12 +15,16 @@ use super::query::Statistics;
 use super::shader;
 use super::target::Passes;
 use crate::camera::Camera;
-use crate::pattern::{Control, Displacement, Evaluator, RefinementPattern};
+use crate::pattern::detail::MOST;
+use crate::pattern::{CoarseMesh, Control, Detail, Displacement, Evaluator, NormalField, RefinementPattern};
 use ash::vk;
-use attributes::{Attributes, Block, PatternPush, STAGES};
+use attributes::{Attributes, Block, PatternPush, FLAT, STAGES};
+use detail::{DetailDraws, Patterns};
 use glam::DVec3;
 use refined::refined;
 use std::rc::Rc;
+
+pub use detail::EvaluatedTriangle;
 
 /// How a refined mesh is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +37,8 @@ pub enum PatternMethod {
     Static,
     /// Hardware tessellation, levels to 64.
     Hardware,
+    /// One indirect draw for each level of detail, its triangles chosen on the device.
+    Indirect,
 }
 
 /// What a picture of a refined mesh shows.
@@ -60,6 +68,8 @@ pub struct PatternFrame {
     pub show: PatternShow,
     /// How it is drawn.
     pub method: PatternMethod,
+    /// Levels of detail instead of one pattern: with [`PatternMethod::Instanced`] and [`PatternMethod::Indirect`].
+    pub detail: Option<Detail>,
     /// Colour under everything, straight alpha; `None`: transparent black.
     pub background: Option<[f32; 4]>,
     /// Samples a pixel, 1 or 4.
@@ -75,8 +85,17 @@ pub struct PatternScene<'a> {
     pub evaluator: Evaluator,
     /// Displacement.
     pub displacement: &'a Displacement,
-    /// The pattern; hardware tessellation takes its level.
+    /// The pattern; hardware tessellation takes its level, levels of detail have their own.
     pub pattern: &'a RefinementPattern,
+    /// What the coefficients were made of, if the device is to make them anew.
+    pub coarse: Option<(&'a CoarseMesh, NormalField)>,
+}
+
+impl PatternScene<'_> {
+    /// Flat triangles just as they are, which need little of their attributes.
+    fn flat(&self) -> bool {
+        self.evaluator == Evaluator::Linear && *self.displacement == Displacement::None
+    }
 }
 
 /// Vertices of one draw call that llvmpipe can number: see `most_patches` in `draw`.
@@ -90,11 +109,13 @@ pub struct PreparedPattern {
     attributes: Attributes,
     // Vertices and indices; hardware tessellation has no indices.
     buffers: Vec<Buffer>,
+    detail: Option<DetailDraws>,
     push: PatternPush,
     pipeline: vk::Pipeline,
     triangles: u32,
     // Indices of the pattern.
     indices: u32,
+    flat: bool,
 }
 
 impl PreparedPattern {
@@ -106,7 +127,21 @@ impl PreparedPattern {
         readback: bool,
     ) -> Result<PreparedPattern, GpuError> {
         check(context, scene, frame, readback)?;
-        let records = (32 * scene.controls.len() * scene.pattern.weights.len()) as u64;
+        let count = scene.controls.len();
+        let by_device = frame.method == PatternMethod::Indirect;
+        let lists = match &frame.detail {
+            None => None,
+            Some(detail) => {
+                let list = detail::list(context, count, detail, by_device, readback)?;
+                Some((*detail, Patterns::new(detail.most)?, list))
+            }
+        };
+        let mut records = (32 * count * scene.pattern.weights.len()) as u64;
+        if let (true, Some((detail, ..))) = (readback, &lists) {
+            // As many as there can be at the most.
+            let side = (1u64 << detail.most) + 1;
+            records = 32 * count as u64 * side * (side + 1) / 2;
+        }
         let shared = match readback {
             true => DepthFrame::read_back(context, passes, "pattern read-back", records)?,
             false => DepthFrame::new(
@@ -118,21 +153,29 @@ impl PreparedPattern {
                 frame.background,
             )?,
         };
+        let controls = match scene.coarse {
+            Some((mesh, field)) => Some(coefficients::make(context, &shared, mesh, scene.evaluator, field)?),
+            None => None,
+        };
+        let list = lists.as_ref().map(|(_, _, list)| list);
         let mut made = PreparedPattern {
-            attributes: Attributes::new(context, scene, shared.records.as_ref())?,
+            attributes: Attributes::new(context, scene, controls, shared.records.as_ref(), list)?,
             shared,
             context: Rc::clone(context),
             frame: frame.clone(),
             buffers: Vec::new(),
+            detail: None,
             push: PatternPush::new(frame, scene),
             pipeline: vk::Pipeline::null(),
-            triangles: scene.controls.len() as u32,
+            triangles: count as u32,
             indices: scene.pattern.indices.len() as u32,
+            flat: scene.flat(),
         };
         made.pipeline = made.pipeline(passes, scene)?;
-        let (vertices, indices): (Vec<u8>, Vec<u32>) = match frame.method {
-            PatternMethod::Static => refined(scene),
-            PatternMethod::Hardware => (bytes_of(&(0..made.triangles).collect::<Vec<u32>>()).to_vec(), Vec::new()),
+        let (vertices, indices): (Vec<u8>, Vec<u32>) = match (frame.method, &lists) {
+            (_, Some((_, patterns, _))) => (bytes_of(&patterns.weights).to_vec(), patterns.indices.clone()),
+            (PatternMethod::Static, _) => refined(scene),
+            (PatternMethod::Hardware, _) => (bytes_of(&(0..made.triangles).collect::<Vec<u32>>()).to_vec(), Vec::new()),
             _ => (bytes_of(&scene.pattern.weights).to_vec(), scene.pattern.indices.clone()),
         };
         let mut parts = vec![("pattern vertices", &vertices[..], vk::BufferUsageFlags::VERTEX_BUFFER)];
@@ -140,16 +183,28 @@ impl PreparedPattern {
             parts.push(("pattern indices", bytes_of(&indices), vk::BufferUsageFlags::INDEX_BUFFER));
         }
         made.buffers = made.shared.upload(&parts)?;
+        if let Some((detail, patterns, list)) = lists {
+            let controls = by_device.then_some(&made.attributes.controls);
+            let mut draws = DetailDraws::new(context, &detail, frame.bounds, &patterns, list, controls, readback)?;
+            draws.look(&frame.camera, frame.height, scene.controls)?;
+            made.detail = Some(draws);
+        }
         Ok(made)
     }
 
     fn pipeline(&self, passes: &Passes, scene: &PatternScene) -> Result<vk::Pipeline, GpuError> {
         let method = self.frame.method;
         let readback = self.shared.records.is_some();
+        let detail = self.frame.detail.is_some();
+        let by_instance = method == PatternMethod::Instanced && !detail && self.flat;
         let vertex = match method {
+            _ if detail && readback => shader::PATTERN_DETAIL_READBACK,
+            _ if detail => shader::PATTERN_DETAIL,
+            _ if by_instance && readback => shader::PATTERN_FLAT_READBACK,
             _ if readback => shader::PATTERN_READBACK,
             PatternMethod::Draws => shader::PATTERN_UNIFORM,
-            PatternMethod::Instanced => shader::PATTERN_VERTEX,
+            PatternMethod::Instanced if by_instance => shader::PATTERN_FLAT,
+            PatternMethod::Instanced | PatternMethod::Indirect => shader::PATTERN_VERTEX,
             PatternMethod::Static => shader::PATTERN_STATIC,
             PatternMethod::Hardware => shader::PATTERN_PATCH,
         };
@@ -181,6 +236,7 @@ impl PreparedPattern {
             ],
             stride,
             formats,
+            instances: by_instance.then_some((size_of::<Block>() as u32, &FLAT)),
             topology: match hardware {
                 true => vk::PrimitiveTopology::PATCH_LIST,
                 false => vk::PrimitiveTopology::TRIANGLE_LIST,
@@ -199,13 +255,21 @@ impl PreparedPattern {
     /// Bytes on the device: vertices, indices, and the coefficients where the method reads them.
     pub fn bytes(&self) -> u64 {
         let attributes = if self.frame.method == PatternMethod::Static { 0 } else { self.attributes.controls.size };
-        self.buffers.iter().map(|buffer| buffer.size).sum::<u64>() + attributes
+        let lists = self.detail.as_ref().map_or(0, DetailDraws::bytes);
+        self.buffers.iter().map(|buffer| buffer.size).sum::<u64>() + attributes + lists
     }
 
     /// Looks from elsewhere in the next run. `scene`: the one that was prepared.
-    pub fn look(&mut self, camera: Camera, scene: &PatternScene) {
+    ///
+    /// # Errors
+    /// The host cannot see the memory of the lists of levels.
+    pub fn look(&mut self, camera: Camera, scene: &PatternScene) -> Result<(), GpuError> {
         self.frame.camera = camera;
         self.push = PatternPush::new(&self.frame, scene);
+        match &mut self.detail {
+            Some(draws) => draws.look(&camera, self.frame.height, scene.controls),
+            None => Ok(()),
+        }
     }
 
     /// Draws the frame and waits for it. With `read`, the picture is copied to the host, for [`PreparedPattern::pixels`].
@@ -213,7 +277,7 @@ impl PreparedPattern {
     /// # Errors
     /// A call failed, or the device was lost.
     pub fn run(&self, read: bool) -> Result<FrameTimes, GpuError> {
-        self.shared.run(read, |_| (), |commands| self.record(commands))
+        self.shared.run(read, |commands| self.record_choice(commands), |commands| self.record(commands))
     }
 
     /// Draws the frame under a pipeline-statistics query, which disturbs timing.
@@ -221,7 +285,13 @@ impl PreparedPattern {
     /// # Errors
     /// [`GpuError::Lacks`] without the feature; or as [`PreparedPattern::run`].
     pub fn statistics(&self) -> Result<Statistics, GpuError> {
-        self.shared.statistics(|_| (), |commands| self.record(commands))
+        self.shared.statistics(|commands| self.record_choice(commands), |commands| self.record(commands))
+    }
+
+    fn record_choice(&self, commands: vk::CommandBuffer) {
+        if let Some(draws) = &self.detail {
+            draws.record_choice(commands);
+        }
     }
 
     fn record(&self, commands: vk::CommandBuffer) {
@@ -231,17 +301,26 @@ impl PreparedPattern {
         // those of a pattern, and all of them outlive the submission, which is waited for.
         unsafe {
             device.cmd_bind_pipeline(commands, graphics, self.pipeline);
-            device.cmd_bind_vertex_buffers(commands, 0, &[self.buffers[0].handle], &[0]);
+            // The second is read only where attributes change with the instance.
+            let vertices = [self.buffers[0].handle, self.attributes.controls.handle];
+            device.cmd_bind_vertex_buffers(commands, 0, &vertices, &[0; 2]);
             if let Some(indices) = self.buffers.get(1) {
                 device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
             }
-            let push = bytes_of(std::slice::from_ref(&self.push));
-            device.cmd_push_constants(commands, self.attributes.layout, STAGES, 0, push);
+            let send = |push: &PatternPush| {
+                let bytes = bytes_of(std::slice::from_ref(push));
+                device.cmd_push_constants(commands, self.attributes.layout, STAGES, 0, bytes);
+            };
+            send(&self.push);
             let bind = |offset: u32| {
-                let sets = [self.attributes.set];
+                let sets = [self.attributes.set()];
                 device.cmd_bind_descriptor_sets(commands, graphics, self.attributes.layout, 0, &sets, &[offset]);
             };
             bind(0);
+            if let Some(draws) = &self.detail {
+                draws.record(commands, &self.push, send);
+                return;
+            }
             match self.frame.method {
                 PatternMethod::Draws => {
                     for t in 0..self.triangles {
@@ -249,7 +328,9 @@ impl PreparedPattern {
                         device.cmd_draw_indexed(commands, self.indices, 1, 0, 0, 0);
                     }
                 }
-                PatternMethod::Instanced => device.cmd_draw_indexed(commands, self.indices, self.triangles, 0, 0, 0),
+                PatternMethod::Instanced | PatternMethod::Indirect => {
+                    device.cmd_draw_indexed(commands, self.indices, self.triangles, 0, 0, 0);
+                }
                 PatternMethod::Static => {
                     let step = (MOST_VERTICES / self.push.vertices as usize).max(1) as u32;
                     for first in (0..self.triangles).step_by(step as usize) {
@@ -274,10 +355,36 @@ impl PreparedPattern {
     pub(super) fn records(&self) -> Result<Vec<[[f32; 3]; 2]>, GpuError> {
         self.run(false)?;
         let bytes = self.shared.records.as_ref().map_or(Ok(&[][..]), Buffer::bytes)?;
-        let float = |b: &[u8], i: usize| f32::from_le_bytes([b[4 * i], b[4 * i + 1], b[4 * i + 2], b[4 * i + 3]]);
-        let read = |b: &[u8]| [[float(b, 0), float(b, 1), float(b, 2)], [float(b, 4), float(b, 5), float(b, 6)]];
-        Ok(bytes.chunks_exact(32).map(read).collect())
+        Ok(bytes.chunks_exact(32).map(record).collect())
     }
+
+    /// Every triangle between levels of detail.
+    pub(super) fn detail_records(&mut self) -> Result<Vec<EvaluatedTriangle>, GpuError> {
+        if let Some(draws) = &mut self.detail {
+            draws.take_choice(&self.shared)?;
+        }
+        let Some(draws) = &self.detail else { return Ok(Vec::new()) };
+        self.shared.run(false, |_| (), |commands| self.record(commands))?;
+        let bytes = self.shared.records.as_ref().map_or(Ok(&[][..]), Buffer::bytes)?;
+        let mut rest = bytes.chunks_exact(32);
+        let mut all: Vec<EvaluatedTriangle> = draws
+            .triangles()?
+            .into_iter()
+            .map(|(triangle, levels, count)| EvaluatedTriangle {
+                triangle,
+                levels,
+                points: rest.by_ref().take(count).map(record).collect(),
+            })
+            .collect();
+        all.sort_by_key(|t| t.triangle);
+        Ok(all)
+    }
+}
+
+/// Position and normal of 32 bytes.
+fn record(b: &[u8]) -> [[f32; 3]; 2] {
+    let float = |i: usize| f32::from_le_bytes([b[4 * i], b[4 * i + 1], b[4 * i + 2], b[4 * i + 3]]);
+    [[float(0), float(1), float(2)], [float(4), float(5), float(6)]]
 }
 
 impl Drop for PreparedPattern {
@@ -302,6 +409,19 @@ fn check(context: &Context, scene: &PatternScene, frame: &PatternFrame, readback
             "level {} is beyond the {} of the device's tessellator; use another --method",
             scene.pattern.level, context.info.limits.max_tessellation_level
         ));
+    }
+    let draws_detail = matches!(frame.method, PatternMethod::Instanced | PatternMethod::Indirect);
+    match &frame.detail {
+        None if frame.method == PatternMethod::Indirect => {
+            return fault("--method indirect draws levels of detail; give --lod triangle or --lod mesh".to_owned());
+        }
+        Some(_) if !draws_detail => {
+            return fault("levels of detail go with --method instanced and indirect; use one of these".to_owned());
+        }
+        Some(detail) if detail.most > MOST || !(detail.segment.is_finite() && detail.segment > 0.0) => {
+            return fault(format!("levels of detail go to {MOST}, and segments have more than 0 pixels"));
+        }
+        _ => {}
     }
     if frame.show == PatternShow::Wire && !context.optional.wire {
         return lacks("fillModeNonSolid (wireframe)");
