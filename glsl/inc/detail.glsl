@@ -4,12 +4,13 @@ struct Placed {
     uvec4 which; // triangle; bit e: edge e is counted from its second corner
 };
 
-// Part of the way that is left, and that is gone, of vertex k of n on an edge.
+// Part of the way that is left, and that is gone, of vertex k of n on an edge; gathered towards the nearer end.
 vec2 along(uint k, uint n, float level)
 {
+    bool far = 2u * k > n;
     precise float up = ceil(level);
     uint m = min(1u << uint(up), n);
-    uint j = k / (n / m);
+    uint j = (far ? n - k : k) / (n / m);
     precise float x = float(j);
     if (m > 1u && (j & 1u) == 1u) {
         precise float part = level - up + 1.0;
@@ -17,7 +18,7 @@ vec2 along(uint k, uint n, float level)
     }
     precise float left = (float(m) - x) / float(m);
     precise float gone = x / float(m);
-    return vec2(left, gone);
+    return far ? vec2(gone, left) : vec2(left, gone);
 }
 
 vec3 border(uvec3 c, uint n, Placed placed)
@@ -49,9 +50,17 @@ vec3 place(vec3 weights, uint n, Placed placed)
     }
     // Two weights are odd: i and the next.
     uint i = odd.z == 0u ? 0u : (odd.x == 0u ? 1u : 2u);
+    uint next = (i + 1u) % 3u;
     uvec3 to = c;
     to[i] += 1u;
-    to[(i + 1u) % 3u] -= 1u;
+    to[next] -= 1u;
+    uvec3 other = c;
+    other[next] += 1u;
+    other[i] -= 1u;
+    // Rather inwards: those on the border may have been gathered far away.
+    if (to[next] == 0u && other[i] != 0u) {
+        to = other;
+    }
     vec3 there = vec3(to) / float(n);
     if (min(min(to.x, to.y), to.z) == 0u) {
         there = border(to, n, placed);

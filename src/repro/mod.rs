@@ -11,6 +11,7 @@
 //! `figure.json` is written last: a folder that has none is half made, and made anew by the next run.
 
 mod blhk18;
+mod bs05;
 mod error;
 mod folder;
 pub mod plot;
@@ -67,4 +68,9 @@ pub const FIGURES: &[Figure] = &[
     blhk18::fig_13::FIGURE,
     blhk18::fig_15::FIGURE,
     blhk18::fig_18::FIGURE,
+    bs05::fig_3::FIGURE,
+    bs05::fig_4::FIGURE,
+    bs05::fig_5::FIGURE,
+    bs05::fig_6::FIGURE,
+    bs05::fig_7::FIGURE,
 ];
