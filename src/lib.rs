@@ -36,6 +36,7 @@
 //! | [`camera`] | eyes for scenes in space |
 //! | [`gpu`] | devices, pipelines, pictures, times, read-back; the only room with `unsafe` |
 //! | [`check`] | the limit by a road of its own; errors of pictures, folds, cracks |
+//! | [`threads`] | work in pieces for several cores, in an order that their number does not change |
 //! | [`timing`] | frame timings as plain data: protocol, statistics, the files of a run |
 //! | [`vector`] | patches as PDF pages |
 //! | [`image`] | PNG files and their comparison |
@@ -115,7 +116,7 @@
 //! | 6 fixed tessellation factors | [`patch::tess`]; against screen-space ones at equal error: `repro --only pixels` |
 //! | 7 irregular faces affected down to some level | [`refine::Mode::Adaptive`]'s `isolate`, [`refine::isolation`]; error against patches: `repro --only isolate` |
 //! | 7 Fig. 22: bicubic against Gregory | [`patch::points::Irregular`], `--patches bicubic`; `repro --only fig22` |
-//! | 7.2 local updates of the buffers, several cores | [`incremental`], [`gpu::Gpu::update_points`]; several cores: - |
+//! | 7.2 local updates of the buffers, several cores | [`incremental`], [`gpu::Gpu::update_points`]; [`threads`] |
 //! | App. A index mapping, Fig. A.1 | [`subdiv::index_map`]; two errata below |
 //! | App. B limit, (B.1), Fig. B.1 | [`subdiv::limit::limit`] |
 //! | App. B inverse, (B.2) | [`subdiv::limit::control_for_limit`] |
@@ -212,5 +213,6 @@ pub mod repro;
 pub mod scene;
 pub mod subdiv;
 pub mod surface;
+pub mod threads;
 pub mod timing;
 pub mod vector;

@@ -277,3 +277,18 @@ fn quiet_is_quiet_and_help_is_0() {
         assert!(ran.err.is_empty() && !ran.out.is_empty());
     }
 }
+
+#[test]
+fn the_number_of_threads_changes_nothing_and_is_checked() {
+    let cherry = scene("cherry.json");
+    let patches = |n: &str| {
+        let ran = run(&["patches", &cherry, "--json", "--threads", n]);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        ran.out
+    };
+    let one = patches("1");
+    assert!(one.len() > 1000 && one == patches("3"));
+    for n in ["0", "251", "many"] {
+        refused(2, &["stats", &cherry, "--threads", n]);
+    }
+}

@@ -51,9 +51,19 @@ pub struct Global {
     /// Machine-readable result on stdout; its first field names the schema
     #[arg(long, global = true)]
     json: bool,
+    /// Cores that refinement and patches may use; all unless given. Results are the same whatever their number
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=250))]
+    threads: Option<u16>,
 }
 
 impl Global {
+    /// Before anything asks for the pool of threads.
+    fn start_threads(&self) -> Result<(), Failure> {
+        let Some(n) = self.threads else { return Ok(()) };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n.into());
+        pool.build_global().map_err(|e| Failure::machine(format!("{n} threads: {e}")))
+    }
+
     fn gpu(&self) -> GpuOptions {
         GpuOptions { device: self.device.clone(), validate: self.validate }
     }
@@ -244,7 +254,7 @@ pub fn main() -> ExitCode {
         }
     };
     let g = &cli.global;
-    let done = match &cli.command {
+    let done = g.start_threads().and_then(|()| match &cli.command {
         Command::Render(c) => c.run(g),
         Command::Stats(c) => c.run(g),
         Command::Mesh(c) => c.run(g),
@@ -256,7 +266,7 @@ pub fn main() -> ExitCode {
         Command::Convert(c) => c.run(g),
         Command::Edit(c) => c.run(g),
         Command::Devices => devices::run(g),
-    };
+    });
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(f) => {

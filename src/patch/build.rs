@@ -1,11 +1,15 @@
 //! From refined levels to a [`PatchTable`]: 16 Bezier points a regular face, 20 a Gregory face, parts for
-//! transition faces. Time linear in the patches; the levels are only read.
+//! transition faces. Time linear in the patches; the levels are only read. Large levels are built by several cores, see
+//! [`super::runs`], with the same result.
 
 use super::points::{Irregular, Points, Style, CORNER, FAR, INNER, NEAR};
+use super::pool::Pool;
 use super::transition::{parts_of, standard_position, Side, EXTRA_POINTS, PARTS};
 use super::{eval, gregory, ControlPoint, DrawRange, Face, Kind, PatchTable};
 use crate::refine::{fate, Refinement, Rules};
 use crate::subdiv::level::Level;
+use crate::threads;
+use std::ops::Range;
 
 /// Builds the patches of all drawn faces.
 pub fn build(refinement: &Refinement, irregular: Irregular) -> PatchTable {
@@ -16,81 +20,309 @@ pub fn build(refinement: &Refinement, irregular: Irregular) -> PatchTable {
 /// outgrows what the allocator keeps (32 MiB, about 60,000 patches), because the system clears every page of it.
 pub fn rebuild(refinement: &Refinement, irregular: Irregular, old: PatchTable) -> PatchTable {
     let style = Style { corners: refinement.corners, rules: refinement.rules, irregular };
-    let mut out = Builder::new(refinement, style, old);
+    let mut out = Builder::new(refinement, old);
     let mut above: Option<Points> = None;
     let mut waiting = Vec::new();
     for (level, fates) in refinement.levels.iter().zip(&refinement.fates) {
-        let mut points = Points::new(level, style);
+        let mut points = Points::new(level, fates, style);
         if let Some(coarse) = &above {
             points.inherit(coarse);
             // Transition faces of the level above meet the children of their neighbours here.
-            for face in waiting.drain(..) {
-                out.transition(&face, coarse.level(), &mut points);
-            }
+            out.transitions(&std::mem::take(&mut waiting), coarse.level(), &mut points);
         }
-        for f in 0..level.faces() as u32 {
-            let fate = fates[f as usize];
-            if fate & fate::DRAWN != 0 && level.valence(f) == 4 {
-                waiting.extend(out.face(f, fate, &mut points));
-            }
-        }
+        out.faces(&mut points);
+        waiting = std::mem::take(&mut out.waiting);
         above = Some(points);
     }
     out.finish()
 }
 
 /// A transition face until the level below is there.
-struct Waiting {
+#[derive(Clone, Copy)]
+pub(super) struct Waiting {
     /// Index in the table's faces.
-    index: usize,
+    pub index: usize,
     /// Half-edges in patch order: the first leaves corner A.
-    half_edges: [u32; 4],
+    pub half_edges: [u32; 4],
     /// Control points of the face, 16 or 20.
-    points: [u32; 20],
+    pub points: [u32; 20],
+    pub kind: Kind,
+    /// Bit i: edge i in patch order is a transition edge.
+    pub mask: u8,
 }
 
-/// Index arrays by what a range draws, in draw order: whole bicubic, whole Gregory, bicubic parts, Gregory parts.
-struct Builder {
-    style: Style,
-    table: PatchTable,
-    buckets: Vec<Vec<u32>>,
-    /// Per bucket: (level, first index) wherever the level changes.
-    starts: Vec<Vec<(u32, u32)>>,
-    /// Bucket of each face's first patch.
-    face_bucket: Vec<u8>,
+impl Waiting {
+    /// Points that its parts add to those of the face.
+    pub fn new_points(&self) -> usize {
+        5 * self.mask.count_ones() as usize + usize::from(self.mask == 0b1111)
+    }
 }
 
-const BUCKETS: usize = 2 + 2 * PARTS.len();
+/// The new points of a face's transition edges in patch order, if they have any: near and far point of the first half,
+/// the middle, near and far of the second.
+pub(super) type Splits = [[u32; 5]; 4];
+
+pub(super) const BUCKETS: usize = 2 + 2 * PARTS.len();
 
 fn bucket(kind: Kind, part: Option<usize>) -> usize {
     let kind = kind as usize;
     part.map_or(kind, |p| 2 + kind * PARTS.len() + p)
 }
 
-impl Builder {
-    fn new(refinement: &Refinement, style: Style, old: PatchTable) -> Self {
-        let drawn: usize = refinement.fates.iter().flatten().filter(|&f| f & fate::DRAWN != 0).count();
-        let mut table = PatchTable { colour: Default::default(), ..old };
-        table.control.clear();
-        table.indices.clear();
-        table.ranges.clear();
-        table.faces.clear();
-        table.control.reserve(12 * drawn);
-        table.faces.reserve(drawn);
-        let mut buckets = vec![Vec::new(); BUCKETS];
-        buckets[0] = std::mem::take(&mut table.indices);
-        buckets[0].reserve(16 * drawn);
-        Builder { style, table, buckets, starts: vec![Vec::new(); BUCKETS], face_bucket: Vec::with_capacity(drawn) }
+/// Bucket of a transition face whose parts are still to come.
+pub(super) const NO_BUCKET: u8 = u8::MAX;
+
+/// What a run of faces is drawn with. The first bucket and the faces have their places in the table already.
+pub(super) struct Drawn<'t> {
+    /// Whole bicubics: indices, how many there are, and the number of the first in its bucket.
+    pub plain: &'t mut [u32],
+    pub plain_made: usize,
+    pub plain_first: usize,
+    /// Faces, and the bucket of each one's first patch; a face's first index counts within the bucket until the end.
+    pub faces: &'t mut [Face],
+    pub face_bucket: &'t mut [u8],
+    pub faces_made: usize,
+    pub faces_first: usize,
+    /// Index arrays by what they draw, in draw order: whole bicubic (not here), whole Gregory, bicubic parts, Gregory parts.
+    pub buckets: Vec<Vec<u32>>,
+    pub waiting: Vec<Waiting>,
+}
+
+impl Drawn<'_> {
+    fn emit(&mut self, kind: Kind, part: Option<usize>, ids: &[u32]) -> (u8, u32) {
+        let b = bucket(kind, part);
+        if b == 0 {
+            let at = self.plain_made;
+            self.plain[at..at + 16].copy_from_slice(ids);
+            self.plain_made += 16;
+            return (0, (self.plain_first + at) as u32);
+        }
+        let at = self.buckets[b].len() as u32;
+        self.buckets[b].extend_from_slice(ids);
+        (b as u8, at)
     }
 
-    /// Makes a face's control points; draws it, or returns it if it has to wait for the level below.
-    fn face(&mut self, f: u32, fate: u8, points: &mut Points) -> Option<Waiting> {
+    fn push(&mut self, face: Face, (bucket, first): (u8, u32)) {
+        self.faces[self.faces_made] = Face { first, ..face };
+        self.face_bucket[self.faces_made] = bucket;
+        self.faces_made += 1;
+    }
+}
+
+/// The table so far. Of the arrays as much is in use as `used` says; the rest is memory.
+pub(super) struct Builder {
+    pub control: Vec<ControlPoint>,
+    pub indices: Vec<u32>,
+    pub faces: Vec<Face>,
+    pub face_bucket: Vec<u8>,
+    /// Control points, indices of whole bicubics, and faces. Of control points it does not count those of a single run.
+    pub used: [usize; 3],
+    /// Whether several cores build.
+    pub several: bool,
+    /// As in [`Drawn`].
+    pub buckets: Vec<Vec<u32>>,
+    pub waiting: Vec<Waiting>,
+    /// Per bucket: (level, first index) wherever the level changes.
+    starts: Vec<Vec<(u32, u32)>>,
+    ranges: Vec<DrawRange>,
+}
+
+impl Builder {
+    fn new(refinement: &Refinement, old: PatchTable) -> Self {
+        let drawn = |fates: &Vec<u8>| fates.iter().filter(|&f| f & fate::DRAWN != 0).count();
+        let drawn: usize = refinement.fates.iter().map(drawn).sum();
+        let PatchTable { mut control, mut indices, mut ranges, mut faces, .. } = old;
+        let several = threads::several(drawn);
+        if !several {
+            control.clear();
+            control.reserve(12 * drawn);
+        } else if control.capacity() < 9 * drawn {
+            // Zeros from the system come page by page to the core that writes there first.
+            control = vec![[0.0; 8]; 12 * drawn];
+        }
+        if indices.len() < 16 * drawn {
+            indices = vec![0; 16 * drawn];
+        }
+        let nothing =
+            Face { level: 0, name: 0, turn: 0, kind: Kind::Bicubic, irregular: false, transition: 0, first: 0 };
+        faces.resize(drawn, nothing);
+        ranges.clear();
+        Builder {
+            control,
+            indices,
+            faces,
+            face_bucket: vec![0; drawn],
+            used: [0; 3],
+            several,
+            buckets: vec![Vec::new(); BUCKETS],
+            waiting: Vec::new(),
+            starts: vec![Vec::new(); BUCKETS],
+            ranges,
+        }
+    }
+
+    /// Draws the faces of a level but for its transition faces, which wait.
+    fn faces(&mut self, points: &mut Points) {
+        let before = self.lengths();
+        if self.several {
+            self.faces_in_runs(points);
+        } else {
+            let all = 0..points.level().faces();
+            let (mut drawn, control) = self.all();
+            Run { points, pool: control, drawn: &mut drawn }.faces(all);
+            let Drawn { plain_made, faces_made, buckets, waiting, .. } = drawn;
+            self.take(plain_made, faces_made, buckets, waiting);
+        }
+        self.note_starts(before, points.level().level);
+    }
+
+    /// Draws what has waited; `fine` are the points of the level below.
+    fn transitions(&mut self, waiting: &[Waiting], coarse: &Level, fine: &mut Points) {
+        let before = self.lengths();
+        if self.several {
+            self.transitions_in_runs(waiting, coarse, fine);
+        } else {
+            let (mut drawn, control) = self.all();
+            let mut places = Vec::with_capacity(waiting.len());
+            for face in waiting {
+                let mut run = Run { points: fine, pool: control, drawn: &mut drawn };
+                let (place, splits) = run.transition(face, coarse);
+                places.push(place);
+                note_splits(face, coarse, &splits, fine);
+            }
+            let Drawn { buckets, .. } = drawn;
+            self.take(0, 0, buckets, Vec::new());
+            for (face, place) in waiting.iter().zip(places) {
+                self.place(face.index, place);
+            }
+        }
+        self.note_starts(before, coarse.level);
+    }
+
+    /// A single run, which has all that is left.
+    fn all(&mut self) -> (Drawn<'_>, &mut Vec<ControlPoint>) {
+        let [_, indices, faces] = self.used;
+        let drawn = Drawn {
+            plain: &mut self.indices[indices..],
+            plain_made: 0,
+            plain_first: indices,
+            faces: &mut self.faces[faces..],
+            face_bucket: &mut self.face_bucket[faces..],
+            faces_made: 0,
+            faces_first: faces,
+            buckets: std::mem::take(&mut self.buckets),
+            waiting: Vec::new(),
+        };
+        (drawn, &mut self.control)
+    }
+
+    fn take(&mut self, indices: usize, faces: usize, buckets: Vec<Vec<u32>>, waiting: Vec<Waiting>) {
+        (self.buckets, self.waiting) = (buckets, waiting);
+        self.used[1] += indices;
+        self.used[2] += faces;
+    }
+
+    /// Where the parts of a transition face begin.
+    pub(super) fn place(&mut self, face: usize, (bucket, first): (u8, u32)) {
+        self.face_bucket[face] = bucket;
+        self.faces[face].first = first;
+    }
+
+    fn lengths(&self) -> [usize; BUCKETS] {
+        std::array::from_fn(|b| if b == 0 { self.used[1] } else { self.buckets[b].len() })
+    }
+
+    fn note_starts(&mut self, before: [usize; BUCKETS], level: u32) {
+        for (b, (before, now)) in before.into_iter().zip(self.lengths()).enumerate() {
+            if now > before {
+                self.starts[b].push((level, before as u32));
+            }
+        }
+    }
+
+    fn finish(mut self) -> PatchTable {
+        // The whole bicubics are most of the table: their array becomes the table's.
+        let lengths = self.lengths();
+        let mut indices = self.indices;
+        indices.truncate(self.used[1]);
+        self.faces.truncate(self.used[2]);
+        let mut base = [0; BUCKETS];
+        for (b, (ids, starts)) in self.buckets.into_iter().zip(&self.starts).enumerate() {
+            let (kind, part) = match b {
+                0 => (Kind::Bicubic, None),
+                1 => (Kind::Gregory, None),
+                _ if b < 2 + PARTS.len() => (Kind::Bicubic, Some((b - 2) as u8)),
+                _ => (Kind::Gregory, Some((b - 2 - PARTS.len()) as u8)),
+            };
+            let at = if b == 0 { 0 } else { indices.len() as u32 };
+            base[b] = at;
+            for (i, &(level, first)) in starts.iter().enumerate() {
+                let stop = starts.get(i + 1).map_or(lengths[b] as u32, |s| s.1);
+                let mut range = DrawRange { kind, part, level, first: at + first, count: 0 };
+                range.count = (stop - first) / range.stride() as u32;
+                self.ranges.push(range);
+            }
+            threads::extend(&mut indices, &ids, |i| i);
+        }
+        let buckets = &self.face_bucket;
+        threads::update(&mut self.faces, |i, face| face.first += base[buckets[i] as usize]);
+        if self.several {
+            self.control.truncate(self.used[0]);
+        }
+        PatchTable {
+            control: self.control,
+            indices,
+            ranges: self.ranges,
+            faces: self.faces,
+            colour: Default::default(),
+        }
+    }
+}
+
+/// The level below shares what a transition face made of its edges.
+pub(super) fn note_splits(face: &Waiting, coarse: &Level, splits: &Splits, fine: &mut Points) {
+    // The authors' halves are the face's own.
+    if fine.style().rules == Rules::Gradtess {
+        for i in (0..4).filter(|i| face.mask >> i & 1 == 1) {
+            let [first, second] = halves(coarse, face.half_edges[i]);
+            fine.note_split(first, second, splits[i]);
+        }
+    }
+}
+
+/// Half-edges of the level below along `h`.
+fn halves(coarse: &Level, h: u32) -> [u32; 2] {
+    [4 * coarse.child[h as usize], 4 * coarse.child[coarse.next(h) as usize] + 3]
+}
+
+/// A run of faces of one level being drawn.
+pub(super) struct Run<'r, 'a, 't, P: Pool> {
+    pub points: &'r mut Points<'a>,
+    pub pool: &'r mut P,
+    pub drawn: &'r mut Drawn<'t>,
+}
+
+impl<P: Pool> Run<'_, '_, '_, P> {
+    pub fn faces(&mut self, faces: Range<usize>) {
+        let fates = self.points.fates();
+        let level = self.points.level();
+        for f in faces {
+            let fate = fates[f];
+            if fate & fate::DRAWN != 0 && level.valence(f as u32) == 4 {
+                self.face(f as u32, fate);
+            }
+        }
+    }
+
+    /// Makes a face's control points; draws it unless it has to wait for the level below.
+    fn face(&mut self, f: u32, fate: u8) {
+        let points = &mut *self.points;
         let level = points.level();
         let mask = fate >> fate::TRANSITION;
         if mask == 0 && points.is_plain(f) {
             // Most faces of most scenes.
-            let ids = points.plain_face(f, &mut self.table.control);
-            self.table.faces.push(Face {
+            let ids = points.plain_face(f, self.pool);
+            let face = Face {
                 level: level.level,
                 name: level.face[f as usize],
                 turn: 0,
@@ -98,19 +330,20 @@ impl Builder {
                 irregular: false,
                 transition: 0,
                 first: 0,
-            });
-            self.emit(self.table.faces.len() - 1, Kind::Bicubic, None, level.level, &ids);
-            return None;
+            };
+            let first = self.drawn.emit(Kind::Bicubic, None, &ids);
+            self.drawn.push(face, first);
+            return;
         }
         let (_, turn) = standard_position(mask);
         let first = level.first(f);
         let half_edges = [0, 1, 2, 3].map(|i| first + ((i + u32::from(turn)) & 3));
-        let gregory = fate & fate::IRREGULAR != 0 && self.style.irregular == Irregular::Gregory;
+        let gregory = fate & fate::IRREGULAR != 0 && points.style().irregular == Irregular::Gregory;
         let kind = if gregory { Kind::Gregory } else { Kind::Bicubic };
 
         let mut ids = [0u32; 20];
         if points.is_plain(f) {
-            let plain = points.plain_face(f, &mut self.table.control);
+            let plain = points.plain_face(f, self.pool);
             for i in 0..4 {
                 let from = (i + turn as usize) & 3;
                 for slots in [CORNER, NEAR, FAR, INNER] {
@@ -119,20 +352,19 @@ impl Builder {
             }
         } else {
             for (i, &h) in half_edges.iter().enumerate() {
-                ids[CORNER[i]] = points.corner(h, &mut self.table.control);
-                [ids[NEAR[i]], ids[FAR[i]]] = points.edge(h, &mut self.table.control);
+                ids[CORNER[i]] = points.corner(h, self.pool);
+                [ids[NEAR[i]], ids[FAR[i]]] = points.edge(h, self.pool);
             }
             if gregory {
-                self.gregory_points(&half_edges, &mut ids, points);
+                self.gregory_points(&half_edges, &mut ids);
             } else {
                 for (i, &h) in half_edges.iter().enumerate() {
-                    let inner = points.inner(h);
-                    ids[INNER[i]] = self.push(inner);
+                    ids[INNER[i]] = self.pool.push(points.inner(h));
                 }
             }
         }
 
-        self.table.faces.push(Face {
+        let face = Face {
             level: level.level,
             name: level.face[f as usize],
             turn,
@@ -140,22 +372,24 @@ impl Builder {
             irregular: fate & fate::IRREGULAR != 0,
             transition: (mask >> turn | mask << (4 - turn)) & 0b1111,
             first: 0,
-        });
-        let index = self.table.faces.len() - 1;
+        };
         if mask == 0 {
-            self.emit(index, kind, None, level.level, &ids[..kind.points()]);
-            return None;
+            let first = self.drawn.emit(kind, None, &ids[..kind.points()]);
+            self.drawn.push(face, first);
+        } else {
+            let index = self.drawn.faces_first + self.drawn.faces_made;
+            self.drawn.waiting.push(Waiting { index, half_edges, points: ids, kind, mask: face.transition });
+            self.drawn.push(face, (NO_BUCKET, 0));
         }
-        self.face_bucket.push(u8::MAX);
-        Some(Waiting { index, half_edges, points: ids })
     }
 
-    fn gregory_points(&mut self, half_edges: &[u32; 4], ids: &mut [u32; 20], points: &mut Points) {
+    fn gregory_points(&mut self, half_edges: &[u32; 4], ids: &mut [u32; 20]) {
+        let points = &mut *self.points;
         let valence = half_edges.map(|h| points.gregory_valence(h));
         let centroids = gregory::centroids(points.level(), points.level().face_of(half_edges[0]));
         for i in 0..4 {
             let (next, prev) = ((i + 1) & 3, (i + 3) & 3);
-            let at = |slot: usize| &self.table.control[ids[slot] as usize];
+            let at = |slot: usize| self.pool.at(ids[slot]);
             let plus = gregory::face_points(
                 points,
                 half_edges[i],
@@ -172,34 +406,30 @@ impl Builder {
                 [valence[i], valence[prev]],
                 &centroids,
             );
-            ids[INNER[i]] = self.push(plus);
-            ids[16 + i] = self.push(minus);
+            ids[INNER[i]] = self.pool.push(plus);
+            ids[16 + i] = self.pool.push(minus);
         }
     }
 
-    /// Draws a transition face as the parts of its constellation; `fine` are the points of the level below.
-    fn transition(&mut self, face: &Waiting, coarse: &Level, fine: &mut Points) {
-        let (kind, mask, level) = {
-            let f = &self.table.faces[face.index];
-            (f.kind, f.transition, f.level)
-        };
+    /// Draws a transition face as the parts of its constellation, `points` being those of the level below: the place of the
+    /// first part, and what was made of its edges.
+    pub fn transition(&mut self, face: &Waiting, coarse: &Level) -> ((u8, u32), Splits) {
+        let (kind, mask) = (face.kind, face.mask);
         let constellation = super::transition::constellation(mask);
         let corner = CORNER.map(|slot| face.points[slot]);
-        // For each transition edge: near and far point of its first half, the middle, near and far of the second.
         let mut split = [[0u32; 5]; 4];
         for i in 0..4 {
             if mask >> i & 1 == 0 {
                 continue;
             }
-            let h = face.half_edges[i];
-            split[i] = match self.style.rules {
+            split[i] = match self.points.style().rules {
                 Rules::Gradtess => {
-                    let first = 4 * coarse.child[h as usize];
-                    let second = 4 * coarse.child[coarse.next(h) as usize] + 3;
-                    let [a, b] = fine.edge(first, &mut self.table.control);
-                    let middle = fine.corner(first + 1, &mut self.table.control);
-                    let [c, d] = fine.edge(second, &mut self.table.control);
-                    [a, b, middle, c, d]
+                    // Nobody else asks for these before: the face's is the only coarse side of the edge.
+                    let [first, second] = halves(coarse, face.half_edges[i]);
+                    let [a, b] = self.points.edge_values(first, None);
+                    let middle = self.points.corner_value(first + 1, None);
+                    let [c, d] = self.points.edge_values(second, None);
+                    [a, b, middle, c, d].map(|p| self.pool.push(p))
                 }
                 // Without grading the neighbour's own edges may not be drawn either: the face's curve is halved.
                 Rules::Authors => {
@@ -208,12 +438,11 @@ impl Builder {
             };
         }
         let centre = (constellation == 5).then(|| {
-            let points: Vec<ControlPoint> =
-                face.points[..kind.points()].iter().map(|&p| self.table.control[p as usize]).collect();
-            let middle = eval::face(kind, &points, 0.5, 0.5);
-            self.push(middle)
+            let points: Vec<ControlPoint> = face.points[..kind.points()].iter().map(|&p| *self.pool.at(p)).collect();
+            self.pool.push(eval::face(kind, &points, 0.5, 0.5))
         });
 
+        let mut place = None;
         let points = kind.points();
         for part in parts_of(constellation) {
             let spec = &PARTS[part];
@@ -239,68 +468,19 @@ impl Builder {
                     ids[at..at + 2].copy_from_slice(&split[edge][half..half + 2]);
                 }
             }
-            self.emit(face.index, kind, Some(part), level, &ids[..points + EXTRA_POINTS]);
+            let first = self.drawn.emit(kind, Some(part), &ids[..points + EXTRA_POINTS]);
+            place.get_or_insert(first);
         }
+        (place.expect("a transition edge makes parts"), split)
     }
 
     /// Halves a cubic: near, far, middle, near, far. All channels.
     fn halve(&mut self, curve: [u32; 4]) -> [u32; 5] {
-        let [a, b, c, d] = curve.map(|i| self.table.control[i as usize]);
+        let [a, b, c, d] = curve.map(|i| *self.pool.at(i));
         let mid = |x: ControlPoint, y: ControlPoint| std::array::from_fn(|k| (x[k] + y[k]) * 0.5);
         let (ab, bc, cd) = (mid(a, b), mid(b, c), mid(c, d));
         let (abc, bcd) = (mid(ab, bc), mid(bc, cd));
-        [ab, abc, mid(abc, bcd), bcd, cd].map(|p| self.push(p))
-    }
-
-    fn push(&mut self, point: ControlPoint) -> u32 {
-        self.table.control.push(point);
-        self.table.control.len() as u32 - 1
-    }
-
-    fn emit(&mut self, face: usize, kind: Kind, part: Option<usize>, level: u32, ids: &[u32]) {
-        let b = bucket(kind, part);
-        let at = self.buckets[b].len() as u32;
-        if self.starts[b].last().is_none_or(|s| s.0 != level) {
-            self.starts[b].push((level, at));
-        }
-        if part.is_none() {
-            self.face_bucket.push(b as u8);
-            self.table.faces[face].first = at;
-        } else if self.face_bucket[face] == u8::MAX {
-            self.face_bucket[face] = b as u8;
-            self.table.faces[face].first = at;
-        }
-        self.buckets[b].extend_from_slice(ids);
-    }
-
-    fn finish(mut self) -> PatchTable {
-        let mut base = Vec::with_capacity(BUCKETS);
-        for (b, (ids, starts)) in self.buckets.into_iter().zip(&self.starts).enumerate() {
-            let (kind, part) = match b {
-                0 => (Kind::Bicubic, None),
-                1 => (Kind::Gregory, None),
-                _ if b < 2 + PARTS.len() => (Kind::Bicubic, Some((b - 2) as u8)),
-                _ => (Kind::Gregory, Some((b - 2 - PARTS.len()) as u8)),
-            };
-            let at = self.table.indices.len() as u32;
-            base.push(at);
-            for (i, &(level, first)) in starts.iter().enumerate() {
-                let stop = starts.get(i + 1).map_or(ids.len() as u32, |s| s.1);
-                let mut range = DrawRange { kind, part, level, first: at + first, count: 0 };
-                range.count = (stop - first) / range.stride() as u32;
-                self.table.ranges.push(range);
-            }
-            if b == 0 {
-                // The plain bicubics are most of the table: their array becomes the table's.
-                self.table.indices = ids;
-            } else {
-                self.table.indices.extend_from_slice(&ids);
-            }
-        }
-        for (face, &b) in self.table.faces.iter_mut().zip(&self.face_bucket) {
-            face.first += base[b as usize];
-        }
-        self.table
+        [ab, abc, mid(abc, bcd), bcd, cd].map(|p| self.pool.push(p))
     }
 }
 

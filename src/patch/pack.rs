@@ -1,6 +1,7 @@
 //! The one cast from f64 to f32: what the GPU gets of a patch table.
 
 use super::{ControlPoint, PatchTable};
+use crate::threads;
 
 /// A patch table in the GPU's precision.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,8 +28,9 @@ pub fn pack(table: &PatchTable) -> PackedTable {
 /// The same in memory that was used before, for the reason of [`super::build::rebuild`].
 pub fn repack(table: &PatchTable, packed: &mut PackedTable) {
     packed.control.clear();
-    packed.control.extend(table.control.iter().map(pack_point));
-    packed.indices.clone_from(&table.indices);
+    threads::extend(&mut packed.control, &table.control, |p| pack_point(&p));
+    packed.indices.clear();
+    threads::extend(&mut packed.indices, &table.indices, |i| i);
 }
 
 #[cfg(test)]

@@ -9,14 +9,18 @@
 //! edges, for colour) as their cubic boundary curves. In Bezier form no phantom points are needed: the inner
 //! point depends on the face's own corners, an edge point on the two faces of the edge, a corner on its ring.
 
+use super::pool::{Lent, Maker, Pool, LENT};
+use super::runs::own;
 use super::ControlPoint;
 use crate::mesh::NONE;
-use crate::refine::Rules;
+use crate::refine::{fate, Rules};
 use crate::scene::CornerRule;
 use crate::subdiv::fan::{colour_fan, position_fan, Fan, Linear};
 use crate::subdiv::level::{vertex_bits, Level, Value, CUT};
 use crate::subdiv::limit;
+use crate::threads;
 use glam::{DVec2, DVec4};
+use std::ops::Range;
 use vertex_bits::{BOUNDARY, DART, EXTRAORDINARY, SECTORS};
 
 /// What draws irregular faces.
@@ -43,12 +47,18 @@ pub struct Style {
 /// Control points of one level, as far as they have been asked for.
 pub struct Points<'a> {
     level: &'a Level,
+    fates: &'a [u8],
     style: Style,
+    /// Which run of faces these points are made for, and its first half-edge; 0 for all faces of the level.
+    run: u8,
+    first: u32,
+    /// Run that makes the corner of each tint; empty for all faces of the level.
+    maker: &'a [u8],
     /// Corner point of each tint.
     corner: Vec<u32>,
     /// A control point that has each vertex's limit position.
     place: Vec<u32>,
-    /// The inner points of each half-edge's edge as its own face has them, see [`pair`].
+    /// The inner points of each half-edge's edge, from `first` on, as its own face has them, see [`pair`].
     edge: Vec<u32>,
     positions: Fan<DVec2>,
     colours: Fan<DVec4>,
@@ -62,7 +72,7 @@ const REVERSED: u32 = 1 << 31;
 
 /// Near and far point of an edge: the near one's index, less [`REVERSED`].
 #[inline]
-fn pair(edge: u32) -> [u32; 2] {
+pub(super) fn pair(edge: u32) -> [u32; 2] {
     let near = edge & !REVERSED;
     [near, if edge & REVERSED == 0 { near + 1 } else { near - 1 }]
 }
@@ -113,14 +123,28 @@ fn border_edge<V: Linear>(v: V, w: V) -> V {
 }
 
 impl<'a> Points<'a> {
-    /// Nothing made yet.
-    pub fn new(level: &'a Level, style: Style) -> Self {
+    /// Nothing made yet. `fates` are those of the level's faces.
+    pub fn new(level: &'a Level, fates: &'a [u8], style: Style) -> Self {
         Points {
-            level,
-            style,
             corner: vec![NONE; level.value.len()],
             place: vec![NONE; level.vertices()],
             edge: vec![NONE; level.half_edges()],
+            ..Points::bare(level, fates, style)
+        }
+    }
+
+    /// For values only: keeps no account of what is made.
+    pub(super) fn bare(level: &'a Level, fates: &'a [u8], style: Style) -> Self {
+        Points {
+            level,
+            fates,
+            style,
+            run: 0,
+            first: 0,
+            maker: &[],
+            corner: Vec::new(),
+            place: Vec::new(),
+            edge: Vec::new(),
             positions: Fan::default(),
             colours: Fan::default(),
             fan_vertex: NONE,
@@ -128,21 +152,188 @@ impl<'a> Points<'a> {
         }
     }
 
+    /// The same account for run number `run`, of these faces; `maker` is the run that makes the corner of each tint.
+    pub(super) fn of_run<'b>(&self, run: u8, faces: &Range<usize>, maker: &'b [u8]) -> Points<'b>
+    where
+        'a: 'b,
+    {
+        let [first, end] = [faces.start, faces.end].map(|f| self.level.first(f as u32));
+        Points {
+            run,
+            first,
+            maker,
+            corner: self.corner.clone(),
+            place: self.place.clone(),
+            edge: self.edge[first as usize..end as usize].to_vec(),
+            ..Points::bare(self.level, self.fates, self.style)
+        }
+    }
+
+    /// Replaces lent numbers of edges.
+    pub(super) fn settle_edges(&mut self, numbers: &[u32]) {
+        for e in self.edge.iter_mut().filter(|e| **e != NONE && **e & LENT != 0) {
+            // A lent pair stands in the order of its half-edge, the maker's own in that of the twin.
+            *e = own(*e & !REVERSED, numbers) | REVERSED;
+        }
+    }
+
+    /// Takes over the corners that runs made, whose numbers are final where they are not lent, and the edges that they share
+    /// with the faces `after` them.
+    pub(super) fn merge(&mut self, runs: &[Points], after: &Range<usize>) {
+        let level = self.level;
+        if !after.is_empty() {
+            let edges = |h: u32| runs.iter().rev().find(|r| r.first <= h).map_or(NONE, |r| r.edge_of(h));
+            let [first, end] = [after.start, after.end].map(|f| level.first(f as u32));
+            threads::update(&mut self.edge[first as usize..end as usize], |i, edge| {
+                let h = first + i as u32;
+                let twin = level.twin[h as usize];
+                if twin < first && !level.colour_border(h) && *edge == NONE {
+                    *edge = match edges(twin) {
+                        NONE => NONE,
+                        e if e & REVERSED == 0 => (e + 1) | REVERSED,
+                        e => (e & !REVERSED) - 1,
+                    };
+                }
+            });
+        }
+        let final_ = |e: &u32| *e != NONE && e & LENT == 0;
+        threads::update(&mut self.corner, |i, x| *x = runs.iter().map(|r| r.corner[i]).find(final_).unwrap_or(NONE));
+        threads::update(&mut self.place, |i, x| *x = runs.iter().map(|r| r.place[i]).find(final_).unwrap_or(NONE));
+    }
+
+    /// Whether a face is drawn by four corners, and so makes all points of its edges and corners that are not there yet.
+    fn draws(&self, f: u32) -> bool {
+        self.fates[f as usize] & fate::DRAWN != 0 && self.level.valence(f) == 4
+    }
+
+    /// What a run of faces will make.
+    pub(super) fn count(&self, faces: Range<usize>) -> Counts {
+        let level = self.level;
+        let mut counts = Counts { seen: vec![false; level.value.len()], ..Counts::default() };
+        for f in (faces.start as u32..faces.end as u32).filter(|&f| self.draws(f)) {
+            let fate = self.fates[f as usize];
+            let gregory = fate & fate::IRREGULAR != 0 && self.style.irregular == Irregular::Gregory;
+            counts.faces += 1;
+            counts.plain += usize::from(!gregory && fate >> fate::TRANSITION == 0);
+            counts.points += if gregory { 8 } else { 4 };
+            for h in level.of_face(f) {
+                let twin = level.twin[h as usize];
+                let made = twin < h && !level.colour_border(h) && self.draws(level.face_of(twin));
+                if !made && self.edge[h as usize] == NONE {
+                    counts.points += 2;
+                }
+                counts.seen[level.tint[h as usize] as usize] = true;
+            }
+        }
+        counts
+    }
+
+    /// For each tint the first run that has seen it, which makes its corner unless that is there, and how many corners
+    /// each run makes.
+    pub(super) fn makers(&self, counts: &[Counts]) -> (Vec<u8>, Vec<usize>) {
+        let first = |tint: usize| counts.iter().position(|c| c.seen[tint]).map_or(u8::MAX, |run| run as u8);
+        let makers = threads::collect(self.corner.len(), first);
+        let of = |tints: Range<usize>| {
+            let mut corners = vec![0; counts.len()];
+            for (maker, corner) in makers[tints.clone()].iter().zip(&self.corner[tints]) {
+                if *corner == NONE && *maker != u8::MAX {
+                    corners[*maker as usize] += 1;
+                }
+            }
+            corners
+        };
+        let parts = threads::each(threads::pieces(makers.len()), of);
+        let corners = (0..counts.len()).map(|run| parts.iter().map(|p: &Vec<usize>| p[run]).sum()).collect();
+        (makers, corners)
+    }
+
+    /// An earlier run that makes the corner of `tint`.
+    #[inline]
+    fn corner_maker(&self, tint: u32) -> Option<Maker> {
+        let run = *self.maker.get(tint as usize)?;
+        (run < self.run).then_some(Maker::Corner(tint, run))
+    }
+
+    /// Half-edge of the face of an earlier run that makes the points of the edge of `h`.
+    #[inline]
+    fn edge_maker(&self, h: u32) -> Option<u32> {
+        let twin = self.level.twin[h as usize];
+        (twin < self.first && !self.level.colour_border(h) && self.draws(self.level.face_of(twin))).then_some(twin)
+    }
+
+    /// Final numbers of what `maker`, whose face is in this run, made.
+    pub(super) fn made(&self, maker: Maker) -> impl Iterator<Item = u32> {
+        let (numbers, n) = match maker {
+            Maker::Corner(tint, _) => ([self.corner[tint as usize], NONE], 1),
+            Maker::Edge(t) => {
+                let [near, far] = pair(self.edge_of(t));
+                ([far, near], 2)
+            }
+        };
+        debug_assert!(numbers[..n].iter().all(|i| *i < LENT), "the maker is the first to make it");
+        numbers.into_iter().take(n)
+    }
+
+    #[inline]
+    fn edge_of(&self, h: u32) -> u32 {
+        self.edge.get(h.wrapping_sub(self.first) as usize).copied().unwrap_or(NONE)
+    }
+
+    /// Half-edges of other runs are not accounted for.
+    #[inline]
+    fn set_edge(&mut self, h: u32, edge: u32) {
+        if let Some(e) = self.edge.get_mut(h.wrapping_sub(self.first) as usize) {
+            *e = edge;
+        }
+    }
+
+    /// An edge's two points, which are final, are from now on those of `h` and of the face across unless a border runs
+    /// along it.
+    fn note_edge(&mut self, h: u32, first: u32) {
+        self.set_edge(h, first);
+        if !self.level.colour_border(h) {
+            self.set_edge(self.level.twin[h as usize], (first + 1) | REVERSED);
+        }
+    }
+
+    fn note_corner(&mut self, h: u32, index: u32) {
+        self.corner[self.level.tint[h as usize] as usize] = index;
+        let place = &mut self.place[self.level.origin[h as usize] as usize];
+        if *place == NONE {
+            *place = index;
+        }
+    }
+
+    /// Takes over what a coarser face made of one of its edges: near and far point of its first half, the middle, near and
+    /// far of the second; the halves are `first` and `second`.
+    pub(super) fn note_split(&mut self, first: u32, second: u32, split: [u32; 5]) {
+        self.note_edge(first, split[0]);
+        self.note_corner(first + 1, split[2]);
+        self.note_edge(second, split[3]);
+    }
+
     /// Takes over the corners that coarser faces made.
     pub fn inherit(&mut self, coarse: &Points) {
-        for h in 0..coarse.level.half_edges() {
-            let child = coarse.level.child[h];
-            if child >= CUT {
-                continue;
+        // Few do: only around what is drawn coarser.
+        let handed_down = |half_edges: Range<usize>| {
+            let mut found = Vec::new();
+            for h in half_edges.filter(|&h| coarse.level.child[h] < CUT) {
+                let place = coarse.place[coarse.level.origin[h] as usize];
+                let corner = coarse.corner[coarse.level.tint[h] as usize];
+                if place != NONE || corner != NONE {
+                    found.push((4 * coarse.level.child[h] as usize, place, corner));
+                }
             }
-            let first = 4 * child as usize;
-            let place = coarse.place[coarse.level.origin[h] as usize];
-            if place != NONE {
-                self.place[self.level.origin[first] as usize] = place;
-            }
-            let corner = coarse.corner[coarse.level.tint[h] as usize];
-            if corner != NONE {
-                self.corner[self.level.tint[first] as usize] = corner;
+            found
+        };
+        for found in threads::each(threads::pieces(coarse.level.half_edges()), handed_down) {
+            for (first, place, corner) in found {
+                if place != NONE {
+                    self.place[self.level.origin[first] as usize] = place;
+                }
+                if corner != NONE {
+                    self.corner[self.level.tint[first] as usize] = corner;
+                }
             }
         }
     }
@@ -172,14 +363,25 @@ impl<'a> Points<'a> {
     }
 
     /// The corner of the surface at the origin of `h`, in the colour of the corner's sector.
-    pub fn corner(&mut self, h: u32, control_points: &mut Vec<ControlPoint>) -> u32 {
-        let level = self.level;
-        let (v, tint) = (level.origin[h as usize] as usize, level.tint[h as usize] as usize);
-        if self.corner[tint] != NONE {
-            return self.corner[tint];
+    pub fn corner(&mut self, h: u32, pool: &mut impl Pool) -> u32 {
+        let made = self.corner[self.level.tint[h as usize] as usize];
+        if made != NONE {
+            return made;
         }
-        let known = self.place[v];
-        let bits = level.bits[v];
+        let known = self.place[self.level.origin[h as usize] as usize];
+        let known = (known != NONE).then(|| position_of(pool.at(known)));
+        let point = self.corner_value(h, known);
+        let index = match self.corner_maker(self.level.tint[h as usize]) {
+            None => pool.push(point),
+            Some(maker) => pool.lend(&[point], Lent(maker)),
+        };
+        self.note_corner(h, index);
+        index
+    }
+
+    /// The corner itself; `known` is its place if another colour of it is there already.
+    pub(super) fn corner_value(&mut self, h: u32, known: Option<DVec2>) -> ControlPoint {
+        let bits = self.bits(h);
         let mut value = if bits == 0 {
             self.regular_corner(h)
         } else if bits == BOUNDARY {
@@ -187,24 +389,17 @@ impl<'a> Points<'a> {
         } else {
             self.colour_fan(h);
             let c = limit::limit(&self.colours, self.style.corners);
-            if known != NONE {
+            if known.is_some() {
                 Value { p: DVec2::ZERO, c }
             } else {
                 self.position_fan(h);
                 Value { p: limit::limit(&self.positions, self.style.corners), c }
             }
         };
-        if known != NONE {
-            value.p = position_of(&control_points[known as usize]);
+        if let Some(p) = known {
+            value.p = p;
         }
-        let point = control(value);
-        let index = control_points.len() as u32;
-        control_points.push(point);
-        self.corner[tint] = index;
-        if known == NONE {
-            self.place[v] = index;
-        }
-        index
+        control(value)
     }
 
     /// Limit at an inner vertex of valence 4 among quads. Opposite neighbours are added first, so that the sum does
@@ -239,7 +434,7 @@ impl<'a> Points<'a> {
     }
 
     /// All control points of a plain face, in the order of [`super`], corner A at its first half-edge.
-    pub fn plain_face(&mut self, f: u32, control_points: &mut Vec<ControlPoint>) -> [u32; 16] {
+    pub fn plain_face(&mut self, f: u32, pool: &mut impl Pool) -> [u32; 16] {
         const BEFORE: [usize; 4] = [3, 0, 1, 2];
         let level = self.level;
         let (opposite, prev) = (|h: u32| h ^ 2, |h: u32| (h & !3) | ((h + 3) & 3));
@@ -249,46 +444,54 @@ impl<'a> Points<'a> {
         let at = |i: usize| level.value[origin[i] as usize];
         let q = [at(0), at(1), at(2), at(3)];
         // At most four inner points, four edges and four corners: one look at the capacity instead of ten.
-        control_points.reserve(16);
+        pool.reserve(16);
 
-        let inner = control_points.len() as u32;
         let mid = [q[0] + q[2], q[1] + q[3]];
-        for i in 0..4 {
-            control_points.push(control((q[i] * 4.0 + mid[(i + 1) & 1] * 2.0 + q[(i + 2) & 3]) * (1.0 / 9.0)));
-        }
+        let inner = |i: usize| control((q[i] * 4.0 + mid[(i + 1) & 1] * 2.0 + q[(i + 2) & 3]) * (1.0 / 9.0));
         let mut ids = [0; 16];
-        [ids[5], ids[6], ids[10], ids[9]] = [inner, inner + 1, inner + 2, inner + 3];
+        for i in 0..4 {
+            ids[INNER[i]] = pool.push(inner(i));
+        }
 
         for i in 0..4 {
             let h = 4 * f + i as u32;
             let t = twin[i];
             let (v, ahead, across, behind) = (q[i], q[(i + 1) & 3], q[(i + 2) & 3], q[BEFORE[i]]);
-            let mut edge = self.edge[h as usize];
+            let mut edge = self.edge[(h - self.first) as usize];
             if edge == NONE {
-                edge = control_points.len() as u32;
-                self.edge[h as usize] = edge;
-                if t < CUT {
-                    self.edge[t as usize] = (edge + 1) | REVERSED;
+                let points = if t < CUT {
                     let beside = behind + level.at(opposite(t));
                     let beside_far = across + level.at(prev(t));
-                    control_points.push(control(regular_edge(v, ahead, beside, beside_far)));
-                    control_points.push(control(regular_edge(ahead, v, beside_far, beside)));
+                    [regular_edge(v, ahead, beside, beside_far), regular_edge(ahead, v, beside_far, beside)]
                 } else {
-                    control_points.push(control(border_edge(v, ahead)));
-                    control_points.push(control(border_edge(ahead, v)));
+                    [border_edge(v, ahead), border_edge(ahead, v)]
+                };
+                let points = points.map(control);
+                if t < self.first && self.draws(level.face_of(t)) {
+                    edge = pool.lend(&points, Lent(Maker::Edge(t)));
+                } else {
+                    edge = pool.push(points[0]);
+                    pool.push(points[1]);
+                    if t < CUT {
+                        self.set_edge(t, (edge + 1) | REVERSED);
+                    }
                 }
+                self.edge[(h - self.first) as usize] = edge;
             }
             let mut corner = self.corner[origin[i] as usize];
             if corner == NONE {
                 let after = twin[BEFORE[i]];
                 if level.bits[origin[i] as usize] != 0 || self.place[origin[i] as usize] != NONE {
-                    corner = self.corner(h, control_points);
+                    corner = self.corner(h, pool);
                 } else {
                     let last = level.twin[prev(after) as usize];
                     let spokes = (ahead + level.at(prev(after))) + (behind + level.at(opposite(t)));
                     let corners = (across + level.at(opposite(last))) + (level.at(opposite(after)) + level.at(prev(t)));
-                    corner = control_points.len() as u32;
-                    control_points.push(control(regular_vertex(v, spokes, corners)));
+                    let point = control(regular_vertex(v, spokes, corners));
+                    corner = match self.corner_maker(origin[i]) {
+                        None => pool.push(point),
+                        Some(maker) => pool.lend(&[point], Lent(maker)),
+                    };
                     self.corner[origin[i] as usize] = corner;
                     self.place[origin[i] as usize] = corner;
                 }
@@ -320,11 +523,29 @@ impl<'a> Points<'a> {
     }
 
     /// The two inner points of the edge of `h`: near its origin, near its target, in the colours of its face.
-    pub fn edge(&mut self, h: u32, control_points: &mut Vec<ControlPoint>) -> [u32; 2] {
-        let level = self.level;
-        if self.edge[h as usize] != NONE {
-            return pair(self.edge[h as usize]);
+    pub fn edge(&mut self, h: u32, pool: &mut impl Pool) -> [u32; 2] {
+        let made = self.edge_of(h);
+        if made != NONE {
+            return pair(made);
         }
+        // Along a border the face across may have made the edge already, in other colours: the place is the same.
+        let known = self.level.across(h).map(|t| self.edge_of(t)).filter(|&e| e != NONE).map(pair);
+        let known = known.map(|[near, far]| [far, near].map(|i| position_of(pool.at(i))));
+        let points = self.edge_values(h, known);
+        if let Some(maker) = self.edge_maker(h) {
+            let first = pool.lend(&points, Lent(Maker::Edge(maker)));
+            self.set_edge(h, first);
+            return [first, first + 1];
+        }
+        let first = pool.push(points[0]);
+        pool.push(points[1]);
+        self.note_edge(h, first);
+        [first, first + 1]
+    }
+
+    /// The points themselves; `known` are their places if the face across has made them.
+    pub(super) fn edge_values(&mut self, h: u32, known: Option<[DVec2; 2]>) -> [ControlPoint; 2] {
+        let level = self.level;
         let next = level.next(h);
         let twin = level.across(h);
         let (v, w) = (level.at(h), level.at(next));
@@ -345,15 +566,12 @@ impl<'a> Points<'a> {
             Some(ends) if (self.bits(h) | self.bits(next)) & !BOUNDARY == 0 => ends.map(|e| e.regular()),
             Some(ends) => {
                 let border = level.colour_border(h);
-                let known = twin.map(|t| self.edge[t as usize]).filter(|&e| e != NONE).map(pair);
                 let mut points = ends.map(|e| Value {
                     p: if known.is_some() { DVec2::ZERO } else { self.edge_position(&e, h) },
                     c: if border { border_edge(e.v.c, e.w.c) } else { self.edge_colour(&e, h) },
                 });
-                if let Some([near, far]) = known {
-                    // The face across made the edge already, in other colours: the place is the same.
-                    points[0].p = position_of(&control_points[far as usize]);
-                    points[1].p = position_of(&control_points[near as usize]);
+                if let Some(known) = known {
+                    [points[0].p, points[1].p] = known;
                 }
                 points
             }
@@ -368,15 +586,7 @@ impl<'a> Points<'a> {
                 point
             }),
         };
-        let first = control_points.len() as u32;
-        control_points.extend(points.map(control));
-        self.edge[h as usize] = first;
-        if let Some(t) = twin {
-            if !level.colour_border(h) {
-                self.edge[t as usize] = (first + 1) | REVERSED;
-            }
-        }
-        [first, first + 1]
+        points.map(control)
     }
 
     /// Position of the point next to one end of an inner edge.
@@ -428,6 +638,11 @@ impl<'a> Points<'a> {
         control(Value { p, c: q })
     }
 
+    /// Fates of the level's faces.
+    pub fn fates(&self) -> &'a [u8] {
+        self.fates
+    }
+
     /// How these points are made.
     pub fn style(&self) -> Style {
         self.style
@@ -448,6 +663,19 @@ impl<'a> Points<'a> {
         self.colour_fan(h);
         [fan_valence(&self.positions), fan_valence(&self.colours)]
     }
+}
+
+/// What a run of faces will make.
+#[derive(Default)]
+pub(super) struct Counts {
+    /// Faces drawn.
+    pub faces: usize,
+    /// Those drawn by a whole bicubic.
+    pub plain: usize,
+    /// Control points without corners.
+    pub points: usize,
+    /// Each tint: whether a face has its corner.
+    seen: Vec<bool>,
 }
 
 /// One end of an inner edge, with what a regular edge point depends on.

@@ -17,6 +17,7 @@ use crate::subdiv::edit::{self, LocalMove};
 use crate::subdiv::index_map::{IndexMap, Slot};
 use crate::subdiv::level::{vertex_bits, Level, CUT};
 use crate::subdiv::{catmull_clark, ternary};
+use crate::threads;
 use edits::{EditError, Edits};
 use forest::{Forest, Node};
 use thiserror::Error;
@@ -246,22 +247,26 @@ impl Cursors {
 
 fn wanted(level: &Level, forest: &Forest, nodes: &[Node]) -> Vec<bool> {
     if level.level == 0 {
-        return level.face.iter().map(|&f| forest.wants0(f)).collect();
+        return threads::collect(level.faces(), |f| forest.wants0(level.face[f]));
     }
-    nodes.iter().map(|&n| n != Node::NONE).collect()
+    threads::collect(nodes.len(), |f| nodes[f] != Node::NONE)
 }
 
 fn descend(level: &Level, forest: &Forest, nodes: &[Node], children: usize) -> Vec<Node> {
-    let mut below = vec![Node::NONE; children];
-    for h in 0..level.half_edges() {
-        let c = level.child[h];
-        if c < CUT {
-            below[c as usize] = match level.level {
-                0 => forest.root(h as u64),
-                _ => forest.child(nodes[h >> 2], h as u32 & 3),
-            };
-        }
-    }
+    // Children follow each other like the half-edges that they grow from.
+    let of = |half_edges: std::ops::Range<usize>| {
+        let grown = half_edges.filter(|&h| level.child[h] < CUT);
+        let node = |h: usize| match level.level {
+            0 => forest.root(h as u64),
+            _ => forest.child(nodes[h >> 2], h as u32 & 3),
+        };
+        let mut below = Vec::with_capacity(children);
+        below.extend(grown.map(node));
+        below
+    };
+    let mut parts = threads::each(threads::pieces(level.half_edges()), of).into_iter();
+    let mut below = parts.next().unwrap_or_default();
+    parts.for_each(|part| below.extend_from_slice(&part));
     below
 }
 
@@ -340,31 +345,30 @@ fn cascade(level: &Level, affected: &mut [bool], around_polygons: &[bool], corne
 
 fn decide(level: &Level, affected: &[bool], around_polygons: &[bool], corners: CornerRule, rules: Rules) -> Vec<u8> {
     let any = affected.iter().any(|&a| a);
-    (0..level.faces() as u32)
-        .map(|f| {
-            if affected[f as usize] {
-                return fate::AFFECTED;
-            }
-            if !level.inside[f as usize] {
-                return 0;
-            }
-            let mut bits = fate::DRAWN;
-            let special = |h: u32| level.bits[level.origin[h as usize] as usize] & !vertex_bits::BOUNDARY != 0;
-            let irregular = |h: u32| {
-                (special(h) || !around_polygons.is_empty())
-                    && irregular_corner(level, h, around_polygons, corners, rules)
-            };
-            if level.valence(f) != 4 || level.of_face(f).any(irregular) {
-                bits |= fate::IRREGULAR;
-            }
-            if any {
-                for (i, h) in level.of_face(f).enumerate().take(4) {
-                    if level.across(h).is_some_and(|t| affected[level.face_of(t) as usize]) {
-                        bits |= 1 << (fate::TRANSITION + i as u32);
-                    }
+    let fate_of = |f: usize| {
+        let f = f as u32;
+        if affected[f as usize] {
+            return fate::AFFECTED;
+        }
+        if !level.inside[f as usize] {
+            return 0;
+        }
+        let mut bits = fate::DRAWN;
+        let special = |h: u32| level.bits[level.origin[h as usize] as usize] & !vertex_bits::BOUNDARY != 0;
+        let irregular = |h: u32| {
+            (special(h) || !around_polygons.is_empty()) && irregular_corner(level, h, around_polygons, corners, rules)
+        };
+        if level.valence(f) != 4 || level.of_face(f).any(irregular) {
+            bits |= fate::IRREGULAR;
+        }
+        if any {
+            for (i, h) in level.of_face(f).enumerate().take(4) {
+                if level.across(h).is_some_and(|t| affected[level.face_of(t) as usize]) {
+                    bits |= 1 << (fate::TRANSITION + i as u32);
                 }
             }
-            bits
-        })
-        .collect()
+        }
+        bits
+    };
+    threads::collect(level.faces(), fate_of)
 }

@@ -12,49 +12,69 @@
 use super::level::{vertex_bits, Level, Value, CUT};
 use crate::mesh::NONE;
 use crate::scene::CornerRule;
+use crate::threads;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use vertex_bits::{BOUNDARY, CORNER, DART, EXTRAORDINARY, SECTORS};
 
 /// Refines the faces marked in `wanted` (one flag a face) and fills `level.child`.
 ///
-/// Time linear in the level's half-edges; children keep the slot order.
+/// Time linear in the level's half-edges; children keep the slot order. Several cores take runs of faces; every sum has
+/// the terms of the faces in their order all the same.
 pub fn refine(level: &mut Level, wanted: &[bool], corners: CornerRule) -> Level {
-    let touched = touched_vertices(level, wanted);
-    let children = number_children(level, &touched);
-    let points = number_points(level, &touched);
+    let runs = runs(level);
+    let touched = touched_vertices(level, wanted, &runs);
+    let points = number(level, &touched, &runs);
     let mut next = Level { level: level.level + 1, ..Level::default() };
-    rules(level, &points, corners, &mut next);
+    rules(level, &points, &runs, corners, &mut next);
     let sectors = sector_colours(level, &points, corners, &mut next);
-    connect(level, wanted, &points, &sectors, children, &mut next);
+    connect(level, wanted, &points, &sectors, &runs, &mut next);
     next
 }
 
-fn touched_vertices(level: &Level, wanted: &[bool]) -> Vec<bool> {
-    let mut touched = vec![false; level.vertices()];
-    for (corners, &wanted) in level.origin.chunks_exact(4).zip(&wanted[..level.quads as usize]) {
-        if wanted {
-            corners.iter().for_each(|&v| touched[v as usize] = true);
-        }
-    }
-    for f in level.quads..level.faces() as u32 {
-        if wanted[f as usize] {
-            level.of_face(f).for_each(|h| touched[level.origin[h as usize] as usize] = true);
-        }
-    }
-    touched
+/// A run of faces and its half-edges.
+struct Run {
+    faces: Range<u32>,
+    half_edges: Range<u32>,
 }
 
-fn number_children(level: &mut Level, touched: &[bool]) -> usize {
-    let mut children = 0;
-    level.child.clear();
-    level.child.extend(level.origin.iter().map(|&v| {
-        if touched[v as usize] {
-            children += 1;
-            children - 1
-        } else {
-            NONE
+fn runs(level: &Level) -> Vec<Run> {
+    let run = |faces: Range<usize>| {
+        let faces = faces.start as u32..faces.end as u32;
+        Run { half_edges: level.first(faces.start)..level.first(faces.end), faces }
+    };
+    threads::pieces(level.faces()).into_iter().map(run).collect()
+}
+
+/// Cuts `all` into pieces of these lengths.
+fn split<T>(mut all: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    let cut = |n: usize| {
+        let (piece, rest) = std::mem::take(&mut all).split_at_mut(n);
+        all = rest;
+        piece
+    };
+    lengths.map(cut).collect()
+}
+
+/// Corners of wanted faces. Cores mark at the same time, with the same mark.
+fn touched_vertices(level: &Level, wanted: &[bool], runs: &[Run]) -> Vec<AtomicBool> {
+    let touched: Vec<AtomicBool> = (0..level.vertices()).map(|_| AtomicBool::new(false)).collect();
+    let mark = |v: &u32| touched[*v as usize].store(true, Relaxed);
+    threads::each(runs.iter().collect(), |run| {
+        let quads = run.faces.start.min(level.quads) as usize..run.faces.end.min(level.quads) as usize;
+        let corners = &level.origin[4 * quads.start..4 * quads.end];
+        for (corners, &wanted) in corners.chunks_exact(4).zip(&wanted[quads]) {
+            if wanted {
+                corners.iter().for_each(mark);
+            }
         }
-    }));
-    children as usize
+        for f in run.faces.start.max(level.quads)..run.faces.end {
+            if wanted[f as usize] {
+                level.of_face(f).for_each(|h| mark(&level.origin[h as usize]));
+            }
+        }
+    });
+    touched
 }
 
 /// Numbers of the next level's vertices: old ones, edge points, face points.
@@ -68,196 +88,399 @@ struct Points {
     first_edge: u32,
     first_face: u32,
     count: u32,
+    /// Children, edge points and face points of each run of faces; their numbers follow each other.
+    of_run: Vec<[u32; 3]>,
+    /// A half-edge that leaves each vertex that is kept; only where there are several runs.
+    spoke: Vec<AtomicU32>,
     /// Whether a vertex that is kept is extraordinary.
     extraordinary: bool,
 }
 
-fn number_points(level: &Level, touched: &[bool]) -> Points {
-    let mut count = 0;
-    let mut extraordinary = 0;
-    let mut vertex = vec![NONE; level.vertices()];
-    for (v, &t) in touched.iter().enumerate() {
-        if t {
-            vertex[v] = count;
-            count += 1;
-            extraordinary |= level.bits[v] & EXTRAORDINARY;
-        }
-    }
-    let first_edge = count;
+/// Numbers children (into `level.child`) and points.
+fn number(level: &mut Level, touched: &[AtomicBool], runs: &[Run]) -> Points {
+    let (vertex, first_edge, extraordinary) = number_vertices(level, touched);
+    let several = runs.len() > 1;
+    let spoke: Vec<AtomicU32> =
+        if several { (0..level.vertices()).map(|_| AtomicU32::new(NONE)).collect() } else { Vec::new() };
+    let mut child = std::mem::take(&mut level.child);
+    child.clear();
+    child.resize(level.half_edges(), NONE);
     let mut edge = vec![NONE; level.half_edges()];
     let mut face = vec![NONE; level.faces()];
+
+    // Numbers within each run first; only the first run knows where its edge points begin.
+    let lengths = || runs.iter().map(|r| r.half_edges.len());
+    let arrays = split(&mut child, lengths()).into_iter().zip(split(&mut edge, lengths()));
+    let arrays = arrays.zip(split(&mut face, runs.iter().map(|r| r.faces.len())));
+    let shared = &*level;
+    let numbered = threads::each(runs.iter().zip(arrays).collect(), |(run, ((child, edge), face))| {
+        if several {
+            for h in run.half_edges.clone() {
+                let v = shared.origin[h as usize] as usize;
+                if touched[v].load(Relaxed) {
+                    spoke[v].store(h, Relaxed);
+                }
+            }
+        }
+        let first = if run.faces.start == 0 { first_edge } else { 0 };
+        number_run(shared, touched, run, first, child, edge, face)
+    });
+    let of_run: Vec<[u32; 3]> = numbered.iter().map(|n| n.0).collect();
+    let total = |k: usize| of_run.iter().map(|n| n[k]).sum::<u32>();
+    let first_face = first_edge + total(1);
+    let count = first_face + total(2);
+
+    let (mut children, mut edges, mut faces) = (0, first_edge, first_face);
+    let mut offsets = Vec::with_capacity(runs.len());
+    for (i, n) in of_run.iter().enumerate() {
+        offsets.push([children, if i == 0 { 0 } else { edges }, faces]);
+        (children, edges, faces) = (children + n[0], edges + n[1], faces + n[2]);
+    }
+    let arrays = split(&mut child, lengths()).into_iter().zip(split(&mut edge, lengths()));
+    let arrays = arrays.zip(split(&mut face, runs.iter().map(|r| r.faces.len())));
+    threads::each(offsets.into_iter().zip(arrays).collect(), |(offset, ((child, edge), face))| {
+        for (list, by) in [(child, offset[0]), (edge, offset[1]), (face, offset[2])] {
+            if by > 0 {
+                list.iter_mut().for_each(|x| *x = if *x == NONE { NONE } else { *x + by });
+            }
+        }
+    });
+    for h in numbered.into_iter().flat_map(|n| n.1) {
+        edge[h as usize] = edge[level.twin[h as usize] as usize];
+    }
+    level.child = child;
+    Points { vertex, edge, face, first_edge, first_face, count, of_run, spoke, extraordinary }
+}
+
+/// Numbers of old vertices, how many are kept, and whether one of them is extraordinary.
+fn number_vertices(level: &Level, touched: &[AtomicBool]) -> (Vec<u32>, u32, bool) {
+    let pieces = threads::pieces(level.vertices());
+    let kept = |range: &Range<usize>| touched[range.clone()].iter().filter(|t| t.load(Relaxed)).count() as u32;
+    // The first piece is numbered without looking ahead.
+    let counts = threads::each(pieces[..pieces.len() - 1].iter().collect(), kept);
+    let mut vertex = vec![NONE; level.vertices()];
+    let mut first = 0;
+    let firsts: Vec<u32> = std::iter::once(0)
+        .chain(counts.into_iter().map(|n| {
+            first += n;
+            first
+        }))
+        .collect();
+    let lists = split(&mut vertex, pieces.iter().map(Range::len));
+    let done = threads::each(pieces.into_iter().zip(firsts).zip(lists).collect(), |((range, first), list)| {
+        let (mut count, mut extraordinary) = (first, 0);
+        for ((number, touched), bits) in list.iter_mut().zip(&touched[range.clone()]).zip(&level.bits[range]) {
+            if touched.load(Relaxed) {
+                *number = count;
+                count += 1;
+                extraordinary |= bits & EXTRAORDINARY;
+            }
+        }
+        (count, extraordinary)
+    });
+    let extraordinary = done.iter().any(|d| d.1 != 0);
+    (vertex, done.last().map_or(0, |d| d.0), extraordinary)
+}
+
+/// Numbers the children, edge points (from `first_edge`) and face points of a run, whose parts of the arrays are given: how
+/// many there are, and the half-edges whose edge belongs to an earlier run.
+fn number_run(
+    level: &Level,
+    touched: &[AtomicBool],
+    run: &Run,
+    first_edge: u32,
+    child: &mut [u32],
+    edge: &mut [u32],
+    face: &mut [u32],
+) -> ([u32; 3], Vec<u32>) {
+    let first = run.half_edges.start;
+    let mut children = 0;
+    for (child, &v) in child.iter_mut().zip(&level.origin[first as usize..]) {
+        if touched[v as usize].load(Relaxed) {
+            *child = children;
+            children += 1;
+        }
+    }
+    let (mut edges, mut faces, mut seams) = (first_edge, 0, Vec::new());
     // An edge needs its point if one of its ends is touched, which its half-edges' children tell; a face if any corner is.
-    for f in 0..level.quads {
-        let child = Level::quad(&level.child, f);
-        if child == [NONE; 4] {
+    for f in run.faces.start..run.faces.end.min(level.quads) {
+        let children = Level::quad(child, f - run.faces.start);
+        if children == [NONE; 4] {
             continue;
         }
-        face[f as usize] = 0;
+        face[(f - run.faces.start) as usize] = faces;
+        faces += 1;
         let twin = Level::quad(&level.twin, f);
         for i in 0..4 {
             let h = 4 * f + i as u32;
-            edge[h as usize] = if twin[i] < h {
-                edge[twin[i] as usize]
-            } else if child[i] != NONE || child[(i + 1) & 3] != NONE {
-                count += 1;
-                count - 1
+            edge[(h - first) as usize] = if twin[i] < h {
+                if twin[i] >= first {
+                    edge[(twin[i] - first) as usize]
+                } else {
+                    seams.push(h);
+                    NONE
+                }
+            } else if children[i] != NONE || children[(i + 1) & 3] != NONE {
+                edges += 1;
+                edges - 1
             } else {
                 NONE
             };
         }
     }
-    for f in level.quads..level.faces() as u32 {
+    for f in run.faces.start.max(level.quads)..run.faces.end {
+        let has = |h: u32| child[(h - first) as usize] != NONE;
+        if level.of_face(f).any(has) {
+            face[(f - run.faces.start) as usize] = faces;
+            faces += 1;
+        }
         for h in level.of_face(f) {
-            let own = level.child[h as usize] != NONE;
-            if own {
-                face[f as usize] = 0;
-            }
             let t = level.twin[h as usize];
-            edge[h as usize] = if t < h {
-                edge[t as usize]
-            } else if own || level.child[level.next(h) as usize] != NONE {
-                count += 1;
-                count - 1
+            edge[(h - first) as usize] = if t < h {
+                if t >= first {
+                    edge[(t - first) as usize]
+                } else {
+                    seams.push(h);
+                    NONE
+                }
+            } else if has(h) || has(level.next(h)) {
+                edges += 1;
+                edges - 1
             } else {
                 NONE
             };
         }
     }
-    let first_face = count;
-    for number in face.iter_mut().filter(|f| **f == 0) {
-        *number = count;
-        count += 1;
-    }
-    Points { vertex, edge, face, first_edge, first_face, count, extraordinary: extraordinary != 0 }
+    ([children, edges - first_edge, faces], seams)
 }
 
 /// Positions, colours (as if no edge were sharp; those at sharp edges are replaced later) and bits.
 ///
 /// One pass over the faces: each adds its share to its corners and edges, so that a value is loaded once. The sums
-/// run in the order of the faces, which is that of the slots.
-fn rules(level: &Level, points: &Points, corners: CornerRule, next: &mut Level) {
+/// run in the order of the faces, which is that of the slots. Where several cores work, a corner may lie in the faces of
+/// two of them: then vertices gather their sums afterwards.
+fn rules(level: &Level, points: &Points, runs: &[Run], corners: CornerRule, next: &mut Level) {
     // Edits of the next level add tints; a copy of everything for the first of them would be a waste.
     next.value.reserve_exact(points.count as usize + points.count as usize / 4 + 64);
     next.value.resize(points.count as usize, Value::default());
     next.bits.resize(points.count as usize, 0);
-    // Faces around each extraordinary vertex; all others have four.
-    let mut spokes = vec![0u32; if points.extraordinary { level.vertices() } else { 0 }];
+    let (vertices, values) = next.value.split_at_mut(points.first_edge as usize);
+    let (edges, faces) = values.split_at_mut((points.first_face - points.first_edge) as usize);
+    let (vertex_bits, bits) = next.bits.split_at_mut(points.first_edge as usize);
+    let (edge_bits, face_bits) = bits.split_at_mut((points.first_face - points.first_edge) as usize);
 
-    for f in 0..level.faces() as u32 {
+    if let [run] = runs {
+        // Faces around each extraordinary vertex; all others have four.
+        let mut spokes = vec![0u32; if points.extraordinary { level.vertices() } else { 0 }];
+        let own = Own { edge: points.first_edge, face: points.first_face, edges, edge_bits, faces, face_bits };
+        face_shares(level, points, run, own, |h, to, ahead, behind, centre| {
+            let v = level.origin[h as usize] as usize;
+            let bits = level.bits[v];
+            let ring = &mut vertices[to as usize];
+            *ring = if bits & (BOUNDARY | DART | EXTRAORDINARY) == 0 {
+                *ring + (ahead + centre)
+            } else {
+                if bits & EXTRAORDINARY != 0 {
+                    spokes[v] += 1;
+                }
+                ring_share(level, h, *ring, ahead, behind, centre)
+            };
+        });
+        for (v, &to) in points.vertex.iter().enumerate() {
+            if to != NONE {
+                let bits = level.bits[v];
+                let n = if bits & EXTRAORDINARY == 0 { 4 } else { spokes[v] };
+                vertex_bits[to as usize] = bits;
+                let ring = &mut vertices[to as usize];
+                *ring = vertex_point(level.value[v], *ring, bits, n, corners);
+            }
+        }
+    } else {
+        let counts = |k: usize| points.of_run.iter().map(move |n| n[k] as usize);
+        let edges_of = split(edges, counts(1)).into_iter().zip(split(edge_bits, counts(1)));
+        let faces_of = split(faces, counts(2)).into_iter().zip(split(face_bits, counts(2)));
+        let (mut edge, mut face) = (points.first_edge, points.first_face);
+        let work = edges_of.zip(faces_of).zip(runs).map(|(((edges, edge_bits), (faces, face_bits)), run)| {
+            let own = Own { edge, face, edges, edge_bits, faces, face_bits };
+            (edge, face) = (edge + own.edges.len() as u32, face + own.faces.len() as u32);
+            (run, own)
+        });
+        let seams =
+            threads::each(work.collect(), |(run, own)| face_shares(level, points, run, own, |_, _, _, _, _| {}));
+        for (to, share) in seams.into_iter().flatten() {
+            let edge = &mut edges[(to - points.first_edge) as usize];
+            *edge = *edge + share;
+        }
+        let pieces = threads::pieces(level.vertices());
+        let kept = |range: &Range<usize>| points.vertex[range.clone()].iter().filter(|&&v| v != NONE).count();
+        let lengths = threads::each(pieces.iter().collect(), kept);
+        let lists = split(vertices, lengths.iter().copied()).into_iter();
+        let lists = lists.zip(split(vertex_bits, lengths.iter().copied()));
+        threads::each(pieces.into_iter().zip(lists).collect(), |(range, (values, bits))| {
+            let mut spokes = Vec::with_capacity(8);
+            let kept = range.filter(|&v| points.vertex[v] != NONE);
+            for ((v, value), to_bits) in kept.zip(values).zip(bits) {
+                *to_bits = level.bits[v];
+                *value = gathered(level, points, faces, v, corners, &mut spokes);
+            }
+        });
+    }
+    let pieces = threads::pieces(edges.len());
+    let lists = split(edges, pieces.iter().map(Range::len)).into_iter();
+    threads::each(lists.zip(split(edge_bits, pieces.iter().map(Range::len))).collect(), |(values, bits)| {
+        for (value, bits) in values.iter_mut().zip(bits) {
+            if *bits & BOUNDARY == 0 {
+                *value = *value * 0.25;
+            }
+        }
+    });
+}
+
+/// What a run of faces writes: its edge points, the first of them `edge`, and its face points.
+struct Own<'a> {
+    edge: u32,
+    face: u32,
+    edges: &'a mut [Value],
+    edge_bits: &'a mut [u8],
+    faces: &'a mut [Value],
+    face_bits: &'a mut [u8],
+}
+
+/// Makes the face points of a run, and adds what each face has to say to its edges and, by `corner`, to its corners:
+/// half-edge, the next level's vertex, neighbours ahead and behind, face point. Returns what goes to edges of an earlier run.
+fn face_shares(
+    level: &Level,
+    points: &Points,
+    run: &Run,
+    own: Own,
+    mut corner_share: impl FnMut(u32, u32, Value, Value, Value),
+) -> Vec<(u32, Value)> {
+    let mut seams = Vec::new();
+    for f in run.faces.start..run.faces.end.min(level.quads) {
         let to = points.face[f as usize];
         if to == NONE {
             continue;
         }
-        let first = level.first(f);
-        if f < level.quads {
-            let corner = level.quad_values(f);
-            let centre = ((corner[0] + corner[1]) + (corner[2] + corner[3])) * 0.25;
-            next.value[to as usize] = centre;
-            let edges = Level::quad(&points.edge, f);
-            let twins = Level::quad(&level.twin, f);
-            let origin = Level::quad(&level.origin, f);
-            for i in 0..4 {
-                let (ahead, behind) = (corner[(i + 1) & 3], corner[(i + 3) & 3]);
-                let v = origin[i] as usize;
-                let (to_edge, to_vertex) = (edges[i] as usize, points.vertex[v] as usize);
-                if to_edge != NONE as usize {
-                    let half = (corner[i] + ahead) * 0.5;
-                    if twins[i] == NONE {
-                        next.value[to_edge] = half;
-                        next.bits[to_edge] = BOUNDARY;
-                    } else {
-                        next.value[to_edge] = next.value[to_edge] + (half + centre);
-                    }
-                }
-                if to_vertex != NONE as usize {
-                    if level.bits[v] & (BOUNDARY | DART | EXTRAORDINARY) == 0 {
-                        next.value[to_vertex] = next.value[to_vertex] + (ahead + centre);
-                    } else {
-                        ring_share(level, first + i as u32, to_vertex, ahead, behind, centre, next, &mut spokes);
-                    }
+        let corner = level.quad_values(f);
+        let centre = ((corner[0] + corner[1]) + (corner[2] + corner[3])) * 0.25;
+        own.faces[(to - own.face) as usize] = centre;
+        let edges = Level::quad(&points.edge, f);
+        let twins = Level::quad(&level.twin, f);
+        let origin = Level::quad(&level.origin, f);
+        for i in 0..4 {
+            let (ahead, behind) = (corner[(i + 1) & 3], corner[(i + 3) & 3]);
+            let (to_edge, to_vertex) = (edges[i], points.vertex[origin[i] as usize]);
+            if to_edge != NONE {
+                let half = (corner[i] + ahead) * 0.5;
+                if to_edge < own.edge {
+                    seams.push((to_edge, half + centre));
+                } else if twins[i] == NONE {
+                    own.edges[(to_edge - own.edge) as usize] = half;
+                    own.edge_bits[(to_edge - own.edge) as usize] = BOUNDARY;
+                } else {
+                    let edge = &mut own.edges[(to_edge - own.edge) as usize];
+                    *edge = *edge + (half + centre);
                 }
             }
-        } else {
-            let n = level.valence(f);
-            let sum = level.of_face(f).fold(Value::default(), |sum, h| sum + level.at(h));
-            let centre = sum * (1.0 / f64::from(n));
-            next.value[to as usize] = centre;
-            if n != 4 {
-                next.bits[to as usize] = EXTRAORDINARY;
-            }
-            for h in level.of_face(f) {
-                let (ahead, behind) = (level.at(level.next(h)), level.at(level.prev(h)));
-                let (to_edge, to_vertex) = (points.edge[h as usize], points.vertex[level.origin[h as usize] as usize]);
-                if to_edge != NONE {
-                    // Every edge of a shrunk face is an inner one.
-                    let half = (level.at(h) + ahead) * 0.5;
-                    next.value[to_edge as usize] = next.value[to_edge as usize] + (half + centre);
-                }
-                if to_vertex != NONE {
-                    ring_share(level, h, to_vertex as usize, ahead, behind, centre, next, &mut spokes);
-                }
+            if to_vertex != NONE {
+                corner_share(4 * f + i as u32, to_vertex, ahead, behind, centre);
             }
         }
     }
-
-    for e in points.first_edge..points.first_face {
-        if next.bits[e as usize] & BOUNDARY == 0 {
-            next.value[e as usize] = next.value[e as usize] * 0.25;
-        }
-    }
-    for (v, &to) in points.vertex.iter().enumerate() {
+    for f in run.faces.start.max(level.quads)..run.faces.end {
+        let to = points.face[f as usize];
         if to == NONE {
             continue;
         }
-        let bits = level.bits[v];
-        let (old, ring) = (level.value[v], next.value[to as usize]);
-        next.bits[to as usize] = bits;
-        next.value[to as usize] = if bits & BOUNDARY == 0 {
-            let n = if bits & EXTRAORDINARY == 0 { 4.0 } else { f64::from(spokes[v]) };
-            old * ((n - 2.0) / n) + ring * (1.0 / (n * n))
-        } else if bits & CORNER != 0 && corners == CornerRule::Sharp {
-            old
+        let n = level.valence(f);
+        let sum = level.of_face(f).fold(Value::default(), |sum, h| sum + level.at(h));
+        let centre = sum * (1.0 / f64::from(n));
+        own.faces[(to - own.face) as usize] = centre;
+        if n != 4 {
+            own.face_bits[(to - own.face) as usize] = EXTRAORDINARY;
+        }
+        for h in level.of_face(f) {
+            let (ahead, behind) = (level.at(level.next(h)), level.at(level.prev(h)));
+            let (to_edge, to_vertex) = (points.edge[h as usize], points.vertex[level.origin[h as usize] as usize]);
+            if to_edge != NONE {
+                // Every edge of a shrunk face is an inner one.
+                let share = (level.at(h) + ahead) * 0.5 + centre;
+                if to_edge < own.edge {
+                    seams.push((to_edge, share));
+                } else {
+                    let edge = &mut own.edges[(to_edge - own.edge) as usize];
+                    *edge = *edge + share;
+                }
+            }
+            if to_vertex != NONE {
+                corner_share(h, to_vertex, ahead, behind, centre);
+            }
+        }
+    }
+    seams
+}
+
+/// The vertex `v` in the next level, from the faces around it in their order; all of them are there, since it is the
+/// corner of a wanted one.
+fn gathered(
+    level: &Level,
+    points: &Points,
+    face_points: &[Value],
+    v: usize,
+    corners: CornerRule,
+    spokes: &mut Vec<u32>,
+) -> Value {
+    spokes.clear();
+    level.around(points.spoke[v].load(Relaxed), |h| spokes.push(h));
+    spokes.sort_unstable();
+    let bits = level.bits[v];
+    let mut ring = Value::default();
+    for &h in &*spokes {
+        let ahead = level.at(level.next(h));
+        let centre = face_points[(points.face[level.face_of(h) as usize] - points.first_face) as usize];
+        ring = if bits & (BOUNDARY | DART) == 0 {
+            ring + (ahead + centre)
         } else {
-            curve(old, ring)
+            ring_share(level, h, ring, ahead, level.at(level.prev(h)), centre)
         };
+    }
+    let n = if bits & EXTRAORDINARY == 0 { 4 } else { spokes.len() as u32 };
+    vertex_point(level.value[v], ring, bits, n, corners)
+}
+
+/// The rule for a vertex of `n` faces.
+fn vertex_point(old: Value, ring: Value, bits: u8, n: u32, corners: CornerRule) -> Value {
+    if bits & BOUNDARY == 0 {
+        let n = f64::from(n);
+        old * ((n - 2.0) / n) + ring * (1.0 / (n * n))
+    } else if bits & CORNER != 0 && corners == CornerRule::Sharp {
+        old
+    } else {
+        curve(old, ring)
     }
 }
 
-/// What the face of `h` adds to the ring of the origin of `h`, the next level's vertex `to`: its neighbour ahead and
-/// the face point, or on the boundary the boundary neighbours.
-#[allow(clippy::too_many_arguments)]
-fn ring_share(
-    level: &Level,
-    h: u32,
-    to: usize,
-    ahead: Value,
-    behind: Value,
-    centre: Value,
-    next: &mut Level,
-    spokes: &mut [u32],
-) {
-    let v = level.origin[h as usize] as usize;
+/// `ring` and what the face of `h` adds to it, around the origin of `h`: its neighbour ahead and the face point, or on the
+/// boundary the boundary neighbours.
+fn ring_share(level: &Level, h: u32, mut ring: Value, ahead: Value, behind: Value, centre: Value) -> Value {
     let twin = level.twin[h as usize];
-    let bits = level.bits[v];
+    let bits = level.bits[level.origin[h as usize] as usize];
     if bits & BOUNDARY != 0 {
         // One boundary neighbour is seen from the half-edge that leaves, one from that which arrives.
         if twin == NONE {
-            next.value[to] = next.value[to] + ahead;
+            ring = ring + ahead;
         }
         if level.twin[level.prev(h) as usize] == NONE {
-            next.value[to] = next.value[to] + behind;
+            ring = ring + behind;
         }
-        return;
+        return ring;
     }
     let mut far = ahead;
     if bits & DART != 0 && twin < CUT {
         // The far end of the sharp spoke has two colours there; seen from a dart it has their mean.
         far.c = (far.c + level.corner_colour(twin)) * 0.5;
     }
-    if bits & EXTRAORDINARY != 0 {
-        spokes[v] += 1;
-    }
-    next.value[to] = next.value[to] + (far + centre);
+    ring + (far + centre)
 }
 
 /// `(a + 6 v + b) / 8`, with `ends = a + b`.
@@ -281,11 +504,12 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
     let mut corner = vec![NONE; level.half_edges()];
     let mut side = points.edge.clone();
     // Few half-edges matter: those along sharp edges, and the boundary ones that start a sector.
-    let borders: Vec<u32> = (0..level.half_edges() as u32)
-        .zip(level.sharp.iter().zip(&level.twin))
-        .filter(|&(_, (&sharp, &twin))| sharp || twin == NONE)
-        .map(|(h, _)| h)
-        .collect();
+    let among = |half_edges: Range<usize>| {
+        let is_border = |&h: &usize| level.sharp[h] || level.twin[h] == NONE;
+        half_edges.filter(is_border).map(|h| h as u32).collect()
+    };
+    let borders: Vec<Vec<u32>> = threads::each(threads::pieces(level.half_edges()), among);
+    let borders = borders.concat();
     for &h in borders.iter().filter(|&&h| level.sharp[h as usize]) {
         let to = points.edge[h as usize];
         if to != NONE {
@@ -337,24 +561,43 @@ fn sector_colours(level: &Level, points: &Points, corners: CornerRule, next: &mu
     SectorColours { corner, side }
 }
 
-fn connect(
-    level: &Level,
-    wanted: &[bool],
-    points: &Points,
-    sectors: &SectorColours,
-    children: usize,
-    next: &mut Level,
-) {
-    next.quads = children as u32;
-    next.face.reserve_exact(children);
-    next.inside.reserve_exact(children);
-    next.origin.reserve_exact(4 * children);
-    next.twin.reserve_exact(4 * children);
-    next.tint.reserve_exact(4 * children);
+/// A run's children: its parts of the next level's arrays, one entry a face and four.
+struct Children<'a> {
+    face: &'a mut [u64],
+    inside: &'a mut [bool],
+    origin: &'a mut [u32],
+    twin: &'a mut [u32],
+    tint: &'a mut [u32],
+    /// Empty without sharp edges.
+    sharp: &'a mut [bool],
+    made: usize,
+}
+
+fn connect(level: &Level, wanted: &[bool], points: &Points, sectors: &SectorColours, runs: &[Run], next: &mut Level) {
+    let of_run = || points.of_run.iter().map(|n| n[0] as usize);
+    let children: usize = of_run().sum();
     let sharp = !level.sharp.is_empty();
-    if sharp {
-        next.sharp.reserve_exact(4 * children);
-    }
+    next.quads = children as u32;
+    next.face = vec![0; children];
+    next.inside = vec![false; children];
+    next.origin = vec![0; 4 * children];
+    next.twin = vec![0; 4 * children];
+    next.tint = vec![0; 4 * children];
+    next.sharp = vec![false; if sharp { 4 * children } else { 0 }];
+    let four = || of_run().map(|n| 4 * n);
+    let mut lists = [&mut next.origin, &mut next.twin, &mut next.tint].map(|list| split(list, four()).into_iter());
+    let mut sharps = split(&mut next.sharp, four().map(|n| if sharp { n } else { 0 })).into_iter();
+    let named = split(&mut next.face, of_run()).into_iter().zip(split(&mut next.inside, of_run()));
+    let work = runs.iter().zip(named).map(|(run, (face, inside))| {
+        let [origin, twin, tint] = std::array::from_fn(|i| lists[i].next().expect("a part for each run"));
+        let sharp = sharps.next().expect("a part for each run");
+        (run, Children { face, inside, origin, twin, tint, sharp, made: 0 })
+    });
+    threads::each(work.collect(), |(run, mut to)| connect_run(level, wanted, points, sectors, run, &mut to));
+}
+
+fn connect_run(level: &Level, wanted: &[bool], points: &Points, sectors: &SectorColours, run: &Run, to: &mut Children) {
+    let sharp = !level.sharp.is_empty();
     // Slot `s` of child face `c`, if there is one.
     let slot_of = |c: u32, s: u32| if c == NONE { CUT } else { 4 * c + s };
     // Across an edge whose twin is `t`: the child at the start of the edge, which is the end of `t`; that at its end.
@@ -364,7 +607,7 @@ fn connect(
         let corner = sectors.corner[h];
         [if corner == NONE { at[0] } else { corner }, sectors.side[h], at[2], sectors.side[p]]
     };
-    for f in 0..level.quads {
+    for f in run.faces.start..run.faces.end.min(level.quads) {
         let centre = points.face[f as usize];
         if centre == NONE {
             continue;
@@ -385,13 +628,13 @@ fn connect(
             let twins = [across_start(twin[i]), slot_of(child[n], 2), slot_of(child[p], 1), across_end(twin[p])];
             let (h, p) = (first as usize + i, first as usize + p);
             let tint = if sharp { tints(h, p, at) } else { at };
-            add_child(next, slot + i as u64, wanted[f as usize], at, tint, twins);
             if sharp {
-                next.sharp.extend_from_slice(&[level.sharp[h], false, false, level.sharp[p]]);
+                to.add_sharp([level.sharp[h], false, false, level.sharp[p]]);
             }
+            to.add(slot + i as u64, wanted[f as usize], at, tint, twins);
         }
     }
-    for f in level.quads..level.faces() as u32 {
+    for f in run.faces.start.max(level.quads)..run.faces.end {
         for h in level.of_face(f).filter(|&h| level.child[h as usize] != NONE) {
             let (n, p) = (level.next(h) as usize, level.prev(h) as usize);
             let (vertex, edge) = (level.origin[h as usize] as usize, points.edge[h as usize]);
@@ -403,20 +646,30 @@ fn connect(
                 across_end(level.twin[p]),
             ];
             let tint = if sharp { tints(h as usize, p, at) } else { at };
-            add_child(next, u64::from(h), wanted[f as usize], at, tint, twins);
             if sharp {
-                next.sharp.extend_from_slice(&[level.sharp[h as usize], false, false, level.sharp[p]]);
+                to.add_sharp([level.sharp[h as usize], false, false, level.sharp[p]]);
             }
+            to.add(u64::from(h), wanted[f as usize], at, tint, twins);
         }
     }
 }
 
-// A call for each child would cost as much as its body.
-#[inline(always)]
-fn add_child(next: &mut Level, slot: u64, inside: bool, at: [u32; 4], tint: [u32; 4], twins: [u32; 4]) {
-    next.face.push(slot);
-    next.inside.push(inside);
-    next.origin.extend_from_slice(&at);
-    next.tint.extend_from_slice(&tint);
-    next.twin.extend_from_slice(&twins);
+impl Children<'_> {
+    // A call for each child would cost as much as its body.
+    #[inline(always)]
+    fn add(&mut self, slot: u64, inside: bool, at: [u32; 4], tint: [u32; 4], twins: [u32; 4]) {
+        let f = self.made;
+        self.face[f] = slot;
+        self.inside[f] = inside;
+        let h = 4 * f..4 * f + 4;
+        self.origin[h.clone()].copy_from_slice(&at);
+        self.tint[h.clone()].copy_from_slice(&tint);
+        self.twin[h].copy_from_slice(&twins);
+        self.made += 1;
+    }
+
+    /// Before the child itself is added.
+    fn add_sharp(&mut self, sharp: [bool; 4]) {
+        self.sharp[4 * self.made..4 * self.made + 4].copy_from_slice(&sharp);
+    }
 }

@@ -62,7 +62,7 @@ impl std::ops::Mul<f64> for Value {
 }
 
 /// A level of a refined mesh.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Level {
     /// Which one; 0 is the mesh after the ternary step.
     pub level: u32,

@@ -8,7 +8,9 @@ use super::index_map::IndexMap;
 use super::level::{vertex_bits, Level, Value};
 use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::scene::{CornerRule, Handle};
+use crate::threads;
 use glam::{DVec2, DVec4};
+use std::ops::Range;
 
 /// Makes M^0, white all over, without any edit. Time linear in the input's corners.
 ///
@@ -19,12 +21,8 @@ pub fn ternary(mesh: &HalfEdgeMesh, corners: CornerRule, handles: &[Handle], fac
     let all = s + mesh.boundary_edges();
     let n = 9 * s as usize;
 
-    let mut origin = Vec::with_capacity(n);
-    let mut twin = Vec::with_capacity(n);
-    for d in 0..n as u64 {
-        origin.push(map.vertex(0, d) as u32);
-        twin.push(map.twin(0, d).map_or(NONE, |t| t as u32));
-    }
+    let origin = threads::collect(n, |d| map.vertex(0, d as u64) as u32);
+    let twin = threads::collect(n, |d| map.twin(0, d as u64).map_or(NONE, |t| t as u32));
 
     let (position, bits) = points(mesh, corners, handles, face_points);
     debug_assert_eq!(position.len() as u64, map.vertices(0));
@@ -40,7 +38,7 @@ pub fn ternary(mesh: &HalfEdgeMesh, corners: CornerRule, handles: &[Handle], fac
         origin,
         twin,
         sharp: Vec::new(),
-        value: position.into_iter().map(|p| Value { p, c: DVec4::ONE }).collect(),
+        value: threads::collect(position.len(), |v| Value { p: position[v], c: DVec4::ONE }),
         bits,
         child: Vec::new(),
     }
@@ -80,25 +78,30 @@ fn points(
     }
 
     let third = |a: u32, b: u32| (2.0 * at(a) + at(b)) / 3.0;
-    for h in 0..s {
-        position.push(third(mesh.origin[h as usize], mesh.target(h)));
-        bits.push(if mesh.twin[h as usize] == NONE { BOUNDARY } else { 0 });
-    }
+    position.extend(threads::collect(s as usize, |h| third(mesh.origin[h], mesh.target(h as u32))));
+    bits.extend(mesh.twin.iter().map(|&t| if t == NONE { BOUNDARY } else { 0 }));
     for rank in 0..mesh.boundary_edges() {
         let h = mesh.boundary_twin(rank);
         position.push(third(mesh.target(h), mesh.origin[h as usize]));
         bits.push(BOUNDARY);
     }
-    for f in 0..mesh.faces() {
-        let (a, b) = (mesh.face_start[f as usize], mesh.face_start[f as usize + 1]);
-        let centre = (a..b).map(|h| at(mesh.origin[h as usize])).sum::<DVec2>() / f64::from(b - a);
-        for h in a..b {
-            let (v0, v1, v2) =
-                (at(mesh.origin[h as usize]), at(mesh.target(h)), at(mesh.origin[mesh.prev(h) as usize]));
-            position.push((3.0 * v0 + v1 + v2 + 4.0 * centre) / 9.0);
-            bits.push(0);
+    let face_points_of = |faces: Range<usize>| {
+        let mut points = Vec::with_capacity((mesh.face_start[faces.end] - mesh.face_start[faces.start]) as usize);
+        for f in faces {
+            let (a, b) = (mesh.face_start[f], mesh.face_start[f + 1]);
+            let centre = (a..b).map(|h| at(mesh.origin[h as usize])).sum::<DVec2>() / f64::from(b - a);
+            for h in a..b {
+                let (v0, v1, v2) =
+                    (at(mesh.origin[h as usize]), at(mesh.target(h)), at(mesh.origin[mesh.prev(h) as usize]));
+                points.push((3.0 * v0 + v1 + v2 + 4.0 * centre) / 9.0);
+            }
         }
+        points
+    };
+    for points in threads::each(threads::pieces(mesh.faces() as usize), face_points_of) {
+        position.extend_from_slice(&points);
     }
+    bits.resize(position.len(), 0);
     let face_point = v + (s + mesh.boundary_edges()) as usize;
     for handle in handles {
         position[v + handle.half_edge as usize] = handle.at;

@@ -1,7 +1,9 @@
 //! CPU cost of refinement and patch table: per model and stage, and growth with the size of the mesh.
 //!
 //! `cargo bench --bench refine` measures; `-- --short` runs each part once or twice, stops at 10,000 faces and only
-//! checks that the output makes sense; `-- --drags` is the drag of one handle in sheets of copies of one model. Times are medians of runs in one process; compare ratios, not milliseconds.
+//! checks that the output makes sense; `-- --drags` is the drag of one handle in sheets of copies of one model; `--
+//! --cores` is a full rebuild on one core against all of them. Times are medians of runs in one process; compare ratios, not
+//! milliseconds.
 
 use glam::{DVec2, DVec4};
 use gradtess::incremental::{Outcome, State, ValueEdit};
@@ -14,6 +16,7 @@ use gradtess::refine::{refine, Mode, Options, Rules};
 use gradtess::scene::copies::copies;
 use gradtess::scene::{ColourEdit, Frame, GeometryEdit, InputMesh, Scene};
 use gradtess::subdiv::index_map::IndexMap;
+use gradtess::threads::{cpu_time, rehearse};
 use std::path::Path;
 use std::time::Instant;
 
@@ -177,7 +180,101 @@ fn drags(scene: &Scene, short: bool) {
     }
 }
 
+/// A full rebuild (refinement, patches, their cast to single precision) on one core and on all, in turns.
+fn cores(scene: &Scene, runs: usize, all: usize) {
+    let mesh = mesh::build(&scene.mesh).expect("a manifold");
+    let mut patches = 0;
+    let mut memory = [(); 3].map(|()| Some((PatchTable::default(), PackedTable::default())));
+    let rebuild_all = |memory: &mut Option<(PatchTable, PackedTable)>| {
+        let (table, mut packed) = memory.take().expect("put back after each run");
+        let (start, cpu) = (Instant::now(), cpu_time());
+        let refined = refine(scene, &mesh, Options::default()).expect("edits that fit");
+        let table = rebuild(&refined, Irregular::Gregory, table);
+        repack(&table, &mut packed);
+        let ms = [start.elapsed(), cpu_time() - cpu].map(|t| t.as_secs_f64() * 1e3);
+        let n = table.faces.len();
+        *memory = Some((table, packed));
+        (ms, n)
+    };
+    let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads");
+    let pools = [pool(1), pool(all)];
+    let (mut times, mut estimates): ([Vec<f64>; 2], [Vec<f64>; 3]) = Default::default();
+    // The first run of each fills the memory.
+    for i in 0..=runs {
+        for (k, pool) in pools.iter().enumerate() {
+            let (ms, n) = pool.install(|| rebuild_all(&mut memory[k]));
+            patches = n;
+            if i > 0 {
+                times[k].push(ms[0]);
+                if k == 0 {
+                    estimates[2].push(ms[1]);
+                }
+            }
+        }
+        let estimate = rehearse(all, || {
+            rebuild_all(&mut memory[2]);
+        });
+        if i > 0 {
+            estimates[0].push(estimate.serial.as_secs_f64() * 1e3);
+            estimates[1].push(estimate.parallel.as_secs_f64() * 1e3);
+        }
+    }
+    let (tables, packed): (Vec<_>, Vec<_>) = memory.into_iter().flatten().unzip();
+    for (table, packed_other) in tables.iter().zip(&packed) {
+        assert!(table.faces == tables[0].faces && table.ranges == tables[0].ranges && *packed_other == packed[0]);
+        assert!(table.control.iter().zip(&tables[0].control).all(|(a, b)| a.map(f64::to_bits) == b.map(f64::to_bits)));
+    }
+    // Others use the machine too: of the pairs, the half in which both cores together took least.
+    let mut pairs: Vec<(f64, f64)> = times[0].iter().copied().zip(times[1].iter().copied()).collect();
+    pairs.sort_by(|a, b| a.1.total_cmp(&b.1));
+    pairs.truncate(pairs.len().div_ceil(2));
+    let mut best: Vec<f64> = pairs.iter().map(|p| p.0 / p.1).collect();
+    let mut ratios: Vec<f64> = times[0].iter().zip(&times[1]).map(|(a, b)| a / b).collect();
+    let [one, several] = times.map(|mut t| median(&mut t));
+    let [serial, parallel, cpu] = estimates.map(|mut t| median(&mut t));
+    println!(
+        "{:<28} {patches:>9} {one:>9.3} {several:>9.3} {:>7.2} {:>7.2} {cpu:>9.3} {serial:>9.3} {parallel:>9.3} {:>8.2}",
+        scene.name,
+        median(&mut ratios),
+        median(&mut best),
+        cpu / (serial + parallel)
+    );
+}
+
+/// Scenes of 10,000 patches and more.
+fn all_cores(short: bool) {
+    let all = std::thread::available_parallelism().map_or(1, |n| n.get());
+    println!("full rebuild on 1 core and on {all}; tables compared bit for bit");
+    println!("CPU time: on 1 core; of the pieces for {all} the serial part and the longest of each set; what free cores make of it");
+    let head = |c: [&str; 10]| {
+        let [a, b, c, d, e, f, g, h, i, j] = c;
+        println!("{a:<28} {b:>9} {c:>9} {d:>9} {e:>7} {f:>7} {g:>9} {h:>9} {i:>9} {j:>8}");
+    };
+    head(["", "", "1 core", "all", "", "better", "CPU", "serial", "pieces", "if free"]);
+    head(["scene", "patches", "ms", "ms", "times", "half", "ms", "ms", "ms", "times"]);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let cherry = file(&root.join("../shared/models/paper/cherry/cherry_editAtSubd5.obj"));
+    let cherry = cherry.or_else(|| file(&root.join("scenes/cherry.json"))).expect("a cherry");
+    let sheet = |n: u32| {
+        let mut sheet = copies(&cherry, n).expect("a manifold");
+        sheet.name = format!("{n} x {}", cherry.name);
+        sheet
+    };
+    let scenes: Vec<Scene> = match short {
+        true => vec![grid(34), sheet(2)],
+        false => vec![grid(34), grid(100), grid(316), sheet(8), sheet(64), sheet(256)],
+    };
+    for scene in scenes {
+        let faces = scene.mesh.corners.len() + scene.geometry.len();
+        cores(&scene, if short { 1 } else { (2_000_000 / faces).clamp(7, 61) }, all);
+    }
+}
+
 fn main() {
+    if std::env::args().any(|a| a == "--cores") {
+        drop(std::hint::black_box(Vec::<u8>::with_capacity(31 << 20)));
+        return all_cores(std::env::args().any(|a| a == "--short"));
+    }
     if std::env::args().any(|a| a == "--drags") {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let cherry = root.join("../shared/models/paper/cherry/cherry_editAtSubd5.obj");
