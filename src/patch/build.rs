@@ -1,6 +1,6 @@
 //! From refined levels to a [`PatchTable`]: 16 Bezier points a regular face, 20 a Gregory face, parts for
-//! transition faces. Time linear in the patches; the levels are only read. Large levels are built by several cores, see
-//! [`super::runs`], with the same result.
+//! transition faces. Time linear in the patches; the levels are only read. Large levels are built by several cores
+//! (`runs.rs`), with the same result.
 
 use super::points::{Irregular, Points, Style, CORNER, FAR, INNER, NEAR};
 use super::pool::Pool;
