@@ -25,7 +25,7 @@ pub fn slow_zoom(bounds: [DVec3; 2], frames: u32, aspect: f64) -> Vec<Camera> {
     (0..frames)
         .map(|k| {
             let t = f64::from(k) / f64::from(frames.max(2) - 1);
-            let camera = Camera { projection: Projection::Perspective { fov: 4.5 }, ..fitted };
+            let camera = Camera { projection: Projection::Perspective { fov: 3.6 }, ..fitted };
             camera.at_distance(near * 2f64.powf(1.0 - t))
         })
         .collect()

@@ -55,7 +55,7 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
     let mut rows = Vec::new();
     for (what, flag) in [("geomorphing", ""), ("popping", "--no-morph")] {
         let said = sheet.run(&format!(
-            "check {ball} --lod triangle --segment 60 --zooms 0 --slow-zoom 300 --size 320x240 {flag}"
+            "check {ball} --lod triangle --segment 240 --zooms 0 --slow-zoom 300 --size 320x240 {flag}"
         ))?;
         let cells = ["/zoom/frames", "/zoom/change", "/zoom/change_at_one_level"].map(|p| cell(&said, p));
         rows.push([vec![what.to_owned()], cells.to_vec()].concat());
