@@ -135,7 +135,8 @@
 //! | 5 normals only where they count: 832 and 2304 of Spot's 46,850 | [`surface::normal::needed`], [`surface::weight::needing`]; `gradtess stats --level 4` |
 //!
 //! Beyond the paper, [`surface::patches`] draws the limit of a Catmull-Clark surface with N_B at every vertex that the
-//! tessellator makes (`render --tess 16`), refined by [`surface::adaptive`] (NLMD12). Departures from the authors' tool, each with its reason, are listed in [`surface`].
+//! tessellator makes (`render --tess 16`), refined by [`surface::adaptive`] (NLMD12); `gradtess bench`
+//! compares both. Departures from the authors' tool, each with its reason, are listed in [`surface`].
 //!
 //! # BLHK18, piece by piece
 //!

@@ -11,11 +11,15 @@ mod source;
 mod subdivision;
 mod subject;
 
+use super::open::Subject as Opened;
 use super::picture::{bounds, fit, size, view};
+use super::surface::flags::SurfaceFlags;
+use super::surface::open::Surface;
 use super::{print, print_json, Failure, Global};
 use crate::gpu::{Format, Frame, Gpu, Show};
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
+use crate::scene::{read_bounded, technique, Technique};
 use crate::timing::protocol::Protocol;
 use crate::timing::random::Random;
 use crate::timing::record::{header, FrameRecord, Phase};
@@ -24,7 +28,7 @@ use clap::Args;
 use config::{BenchMode, Config};
 use indicatif::{ProgressBar, ProgressStyle};
 use report::Writer;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use subject::{Clock, Subject};
 
@@ -81,6 +85,8 @@ pub struct Bench {
     /// those of each method in a repeat [default there: 3]
     #[arg(long, value_enum, conflicts_with_all = ["scenes", "compare", "pair", "match_triangles", "view"])]
     grid: Option<GridFlag>,
+    #[command(flatten)]
+    surface: SurfaceFlags,
     /// Compare two run folders instead of measuring: ratio B over A
     #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["scenes", "output", "pair"])]
     compare: Option<Vec<PathBuf>>,
@@ -117,6 +123,21 @@ impl Bench {
             };
             return super::pattern::bench::run(&request, global);
         }
+        if let Some(surfaces) = self.surfaces(global)? {
+            let short = self.short;
+            let [width, height] = self.size.unwrap_or(if short { [128, 128] } else { [512, 512] });
+            if width != height {
+                return Err(Failure::input("surfaces in space are compared in square pictures; give --size NxN"));
+            }
+            let request = super::surface::bench::Request {
+                folder,
+                repeats: self.repeats.unwrap_or(if short { 1 } else { 15 }).max(1),
+                size: width,
+                level: self.config.level().unwrap_or(if short { 3 } else { 4 }).clamp(2, 6),
+            };
+            return super::surface::bench::run(&surfaces, &self.surface, &request, global);
+        }
+        self.surface.refuse()?;
         let protocol = self.protocol();
         protocol.check().map_err(Failure::input)?;
         let configs = self.configs()?;
@@ -145,6 +166,28 @@ impl Bench {
             print(&report::text(folder, &document));
         }
         Ok(())
+    }
+
+    /// The scenes, where they are surfaces in space, which are measured in another way.
+    fn surfaces(&self, global: &Global) -> Result<Option<Vec<(String, Surface)>>, Failure> {
+        let mut surfaces = Vec::new();
+        for file in &self.scenes {
+            match technique(&read_bounded(Path::new(file))?) {
+                Technique::Surface => match Opened::open(file, global)? {
+                    Opened::Surface(surface) => surfaces.push((file.clone(), *surface)),
+                    other => return Err(other.refused(file)),
+                },
+                _ if surfaces.is_empty() => return Ok(None),
+                _ => return Err(Failure::input("surfaces in space are measured apart from other scenes")),
+            }
+        }
+        match surfaces.is_empty() {
+            true => Ok(None),
+            false if self.pair.is_some() || self.match_triangles || self.view.is_some() => Err(Failure::input(
+                "--pair, --match-triangles and --view do not go with surfaces in space, which have levels and patches compared",
+            )),
+            false => Ok(Some(surfaces)),
+        }
     }
 
     fn protocol(&self) -> Protocol {

@@ -206,10 +206,23 @@ impl DepthFrame {
         if format(self.background) == vk::Format::R8G8B8A8_UNORM {
             return Ok(Pixels::Rgba8(bytes.to_vec()));
         }
+        let floats = self.floats()?;
+        Ok(Pixels::Rgba8(floats.into_iter().map(to_byte).collect()))
+    }
+
+    /// The same as numbers, where the background is transparent: four a pixel.
+    ///
+    /// # Errors
+    /// The frame is one of bytes, or as [`DepthFrame::pixels`].
+    pub fn floats(&self) -> Result<Vec<f32>, GpuError> {
+        if format(self.background) == vk::Format::R8G8B8A8_UNORM {
+            return Err(GpuError::Request("a frame over an opaque background holds bytes".to_owned()));
+        }
+        let bytes = self.target.pixels()?;
         let mut floats: Vec<f32> =
             bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         straighten(&mut floats);
-        Ok(Pixels::Rgba8(floats.into_iter().map(to_byte).collect()))
+        Ok(floats)
     }
 }
 

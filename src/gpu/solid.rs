@@ -313,6 +313,14 @@ impl PreparedSolid {
     pub fn pixels(&self) -> Result<Pixels, GpuError> {
         self.shared.pixels()
     }
+
+    /// The same as numbers, where the background is transparent: four a pixel.
+    ///
+    /// # Errors
+    /// The frame's background is opaque, or as [`PreparedSolid::pixels`].
+    pub fn floats(&self) -> Result<Vec<f32>, GpuError> {
+        self.shared.floats()
+    }
 }
 
 /// The GPU follows indices blindly, so nothing that points outside gets there.

@@ -581,12 +581,19 @@ impl<'a> Points<'a> {
                 if self.bits(end) & EXTRAORDINARY != 0 && self.style.rules == Rules::Authors {
                     self.position_fan(end);
                     let j = spoke_index(level, &self.positions, h, end);
-                    point.p = limit::edge_point(&self.positions, j, self.style.corners);
+                    point.p = limit::authors_edge_point(&self.positions, j, self.style.corners);
                 }
                 point
             }),
         };
         points.map(control)
+    }
+
+    fn fan_edge<V: Linear>(&self, fan: &Fan<V>, j: usize) -> V {
+        match self.style.rules {
+            Rules::Gradtess => limit::edge_point(fan, j, self.style.corners),
+            Rules::Authors => limit::authors_edge_point(fan, j, self.style.corners),
+        }
     }
 
     /// Position of the point next to one end of an inner edge.
@@ -599,7 +606,7 @@ impl<'a> Points<'a> {
             return weighted_edge(fan_valence(&self.positions), e.v.p, e.w.p, e.beside.p, e.beside_far.p);
         }
         let j = spoke_index(self.level, &self.positions, h, e.half_edge);
-        limit::edge_point(&self.positions, j, self.style.corners)
+        self.fan_edge(&self.positions, j)
     }
 
     /// Colour of the point next to one end of an edge that is no border.
@@ -612,7 +619,7 @@ impl<'a> Points<'a> {
             return weighted_edge(fan_valence(&self.colours), e.v.c, e.w.c, e.beside.c, e.beside_far.c);
         }
         let j = spoke_index(self.level, &self.colours, h, e.half_edge);
-        limit::edge_point(&self.colours, j, self.style.corners)
+        self.fan_edge(&self.colours, j)
     }
 
     /// The inner point of the corner at the origin of `h` in a bicubic patch.

@@ -98,22 +98,70 @@ pub fn subdominant(n: usize) -> f64 {
     (5.0 + c2 + c * (18.0 + 2.0 * c2).sqrt()) / 16.0
 }
 
-/// Limit tangent along spoke `j` as it enters a Gregory patch: `q` of LSNC09 3.3 inside, its boundary form
-/// (from OpenSubdiv's and the authors' formulas, valence `k = faces`) in an open fan.
+/// Weights of the tangent across a boundary or crease with `k` faces (two or more) on one side: of the vertex, of both end
+/// spokes each, of inner spoke i per `sin(i pi / k)`. The corner opposite in face i weighs `sin(i pi / k) + sin((i + 1) pi / k)`.
+///
+/// It is the left eigenvector of the step that vanishes towards both ends; inside it is that of a smooth vertex with 2 k
+/// faces. With `l` the eigenvalue, the entries of vertex and ends follow from their own columns:
+/// `(l - 1/2) end - vertex / 8 = sin(pi / k) (edge / 16 + 1/4)`, `(l - 3/4) vertex - end = cot(pi / 2 k) (3 edge / 8 + 1/2)`.
+pub fn across_weights(k: usize) -> [f64; 3] {
+    let theta = PI / k as f64;
+    let (sin, cos) = theta.sin_cos();
+    let root = (0.5 * theta).cos() * (2.0 * (9.0 + cos)).sqrt();
+    let (edge, l) = (1.0 + cos + root, (5.0 + cos + root) / 16.0);
+    let of_end = sin * (edge / 16.0 + 0.25);
+    let of_vertex = (0.375 * edge + 0.5) / (0.5 * theta).tan();
+    let (a, d) = (l - 0.5, l - 0.75);
+    let determinant = a * d - 0.125;
+    [(a * of_vertex + of_end) / determinant, (of_end * d + 0.125 * of_vertex) / determinant, edge]
+}
+
+/// Limit tangent along spoke `j` as it enters a Gregory patch: `q` of LSNC09 3.3 inside; in an open fan the same on a plane
+/// through the limit's tangents along and across the boundary.
 pub fn tangent<V: Linear>(fan: &Fan<V>, j: usize) -> V {
-    let mut q = V::default();
     if fan.closed {
-        let n = fan.faces();
-        let c = cosine(1, n);
-        let sigma = 1.0 / (4.0 + c * c).sqrt();
-        for i in 0..n {
-            let k = (j + i) % n;
-            let middle = (fan.centre + fan.spoke[k]) * 0.5;
-            let along = (1.0 - sigma * c) * cosine(2 * i, n);
-            let aside = 2.0 * sigma * cosine(2 * i + 1, n);
-            q = q + middle * along + fan.face[k] * aside;
-        }
-        return q * (2.0 / n as f64);
+        return closed_tangent(fan, j);
+    }
+    let k = fan.faces();
+    let along = (fan.spoke[0] - fan.spoke[k]) * 0.5;
+    if k == 1 {
+        // The boundary curve runs straight through.
+        return along * (PI * j as f64).cos();
+    }
+    let theta = PI / k as f64;
+    let [vertex, end, edge] = across_weights(k);
+    let mut across = fan.centre * vertex + (fan.spoke[0] + fan.spoke[k]) * end;
+    for i in 1..k {
+        across = across + fan.spoke[i] * (edge * (theta * i as f64).sin());
+    }
+    for (i, opposite) in fan.opposite.iter().enumerate() {
+        across = across + *opposite * ((theta * i as f64).sin() + (theta * (i + 1) as f64).sin());
+    }
+    // As long as inside a fan of 2 k faces that is the mirror image of itself.
+    let c = (0.5 * theta).cos();
+    across = across * (1.0 / (2.0 * k as f64 * c * (4.0 + c * c).sqrt()));
+    along * (theta * j as f64).cos() + across * (theta * j as f64).sin()
+}
+
+fn closed_tangent<V: Linear>(fan: &Fan<V>, j: usize) -> V {
+    let mut q = V::default();
+    let n = fan.faces();
+    let c = cosine(1, n);
+    let sigma = 1.0 / (4.0 + c * c).sqrt();
+    for i in 0..n {
+        let k = (j + i) % n;
+        let middle = (fan.centre + fan.spoke[k]) * 0.5;
+        let along = (1.0 - sigma * c) * cosine(2 * i, n);
+        let aside = 2.0 * sigma * cosine(2 * i + 1, n);
+        q = q + middle * along + fan.face[k] * aside;
+    }
+    q * (2.0 / n as f64)
+}
+
+/// [`tangent`] by OpenSubdiv's and the authors' formula, which in open fans of other than two faces is not the limit's.
+fn authors_tangent<V: Linear>(fan: &Fan<V>, j: usize) -> V {
+    if fan.closed {
+        return closed_tangent(fan, j);
     }
     let k = fan.faces();
     let kf = k as f64;
@@ -130,12 +178,21 @@ pub fn tangent<V: Linear>(fan: &Fan<V>, j: usize) -> V {
         r1 = r1 + *opposite * ((PI * i as f64 / kf).sin() + (PI * (i + 1) as f64 / kf).sin());
     }
     r1 = r1 * (1.0 / (3.0 * kf + c));
-    q + r0 * (PI * j as f64 / kf).cos() + r1 * (PI * j as f64 / kf).sin()
+    r0 * (PI * j as f64 / kf).cos() + r1 * (PI * j as f64 / kf).sin()
 }
 
 /// Bezier point next to the vertex on spoke `j` of a Gregory patch: `e = p + 2/3 lambda q` (LSNC09 3.3);
 /// at a sharp corner a third of the way along the edge.
 pub fn edge_point<V: Linear>(fan: &Fan<V>, j: usize, corners: CornerRule) -> V {
+    edge_point_by(fan, j, corners, tangent)
+}
+
+/// [`edge_point`] as the authors' tool has it.
+pub fn authors_edge_point<V: Linear>(fan: &Fan<V>, j: usize, corners: CornerRule) -> V {
+    edge_point_by(fan, j, corners, authors_tangent)
+}
+
+fn edge_point_by<V: Linear>(fan: &Fan<V>, j: usize, corners: CornerRule, tangent: fn(&Fan<V>, usize) -> V) -> V {
     let k = fan.faces();
     if !fan.closed && k == 1 && corners == CornerRule::Sharp {
         return fan.centre + (fan.spoke[j] - fan.centre) * (1.0 / 3.0);
@@ -147,7 +204,7 @@ pub fn edge_point<V: Linear>(fan: &Fan<V>, j: usize, corners: CornerRule) -> V {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec2;
+    use glam::{DVec2, DVec4};
 
     fn regular() -> Fan<DVec2> {
         let grid = |x: f64, y: f64| DVec2::new(x + 0.1 * y * y, y - 0.2 * x * y);
@@ -218,5 +275,63 @@ mod tests {
         assert_eq!(limit(&fan, CornerRule::Sharp), DVec2::ZERO);
         assert!((edge_point(&fan, 0, CornerRule::Sharp) - DVec2::X / 3.0).length() < 1e-15);
         assert!((edge_point(&fan, 1, CornerRule::Sharp) - DVec2::Y / 3.0).length() < 1e-15);
+    }
+
+    /// The fan one step finer.
+    fn step(fan: &Fan<DVec4>) -> Fan<DVec4> {
+        let k = fan.faces();
+        let mut next = Fan { centre: fan.centre * 0.75 + (fan.spoke[0] + fan.spoke[k]) * 0.125, ..Fan::default() };
+        for i in 0..=k {
+            let sharp = (fan.centre + fan.spoke[i]) * 0.5;
+            next.spoke.push(match i {
+                0 => sharp,
+                i if i == k => sharp,
+                i => sharp * 0.5 + (fan.face[i - 1] + fan.face[i]) * 0.25,
+            });
+        }
+        next.opposite = fan.face.clone();
+        for i in 0..k {
+            next.face.push((next.centre + next.spoke[i] + next.opposite[i] + next.spoke[i + 1]) * 0.25);
+        }
+        next.half_edge = fan.half_edge.clone();
+        next
+    }
+
+    #[test]
+    fn tangents_of_open_fans_lie_in_the_plane_that_steps_converge_to() {
+        for k in 2..8usize {
+            let bumpy = |r: f64, t: f64| {
+                let a = t * PI / k as f64;
+                DVec4::new(r * a.cos(), 1.2 * r * a.sin(), 0.3 * (2.0 * t + r).sin() + 0.2 * r * t, 0.0)
+            };
+            let mut fan = Fan { centre: bumpy(0.0, 0.0), half_edge: (0..k as u32).collect(), ..Fan::default() };
+            fan.spoke = (0..=k).map(|i| bumpy(1.0, i as f64)).collect();
+            fan.opposite = (0..k).map(|i| bumpy(1.5, i as f64 + 0.5)).collect();
+            for i in 0..k {
+                fan.face.push((fan.centre + fan.spoke[i] + fan.opposite[i] + fan.spoke[i + 1]) * 0.25);
+            }
+            let normal = |a: DVec4, b: DVec4| a.truncate().cross(b.truncate()).normalize();
+            let plane = |fan: &Fan<DVec4>, by: fn(&Fan<DVec4>, usize) -> DVec4| normal(by(fan, 0), by(fan, 1));
+            // A step changes neither the plane nor, but for the eigenvalue, the tangent across.
+            let here = plane(&fan, tangent);
+            assert!(here.angle_between(plane(&step(&fan), tangent)) < 1e-7, "{k}");
+            if k % 2 == 0 {
+                let [a, b] = [tangent(&fan, k / 2), tangent(&step(&fan), k / 2)];
+                assert!((a * subdominant(2 * k) - b).length() < 1e-14, "{k}: {a} {b}");
+            }
+            // Other eigenvectors fade the slower the more faces there are.
+            if k <= 4 {
+                let mut deep = fan.clone();
+                for _ in 0..36 {
+                    deep = step(&deep);
+                }
+                let p = limit(&fan, CornerRule::Smooth);
+                let seen = normal(deep.spoke[0] - deep.spoke[k], deep.spoke[k / 2] - p);
+                assert!(seen.angle_between(here) < 2e-3, "{k}: {seen} {here}");
+            }
+            // With two faces both formulas are the B-spline's; with more the other one is off.
+            let off = here.angle_between(plane(&fan, authors_tangent));
+            assert_eq!(off < 1e-2, k == 2, "{k}: {off}");
+        }
     }
 }

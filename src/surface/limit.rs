@@ -5,6 +5,7 @@
 
 use super::level::{Level, Scheme};
 use super::stencil::{loop_weight, region_ends, Value};
+use crate::subdiv::limit::across_weights;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
@@ -103,28 +104,56 @@ fn sector_normal(level: &Level, fan: impl Iterator<Item = u32>, p: impl Fn(u32) 
 
 fn smooth_tangents(level: &Level, h: u32, p: impl Fn(u32) -> DVec3) -> [DVec3; 2] {
     let v = level.origin[h as usize];
-    let n = level.fan(v).count() as f64;
-    let step = TAU / n;
+    let spoke = |g: u32| p(level.next(g));
+    let opposite = |g: u32| p(level.next(level.next(g)));
+    let n = level.fan(v).count();
+    let mut tangents = [DVec3::ZERO; 2];
+    if n == 4 && level.scheme == Scheme::CatmullClark {
+        // cos and sin are 0 and 1, the weight of spokes 4.
+        let weights = [[4.0, 0.0, 1.0, 1.0], [0.0, 4.0, -1.0, 1.0], [-4.0, 0.0, -1.0, -1.0], [0.0, -4.0, 1.0, -1.0]];
+        for (g, [eu, ev, fu, fv]) in level.fan(v).zip(weights) {
+            let (e, f) = (spoke(g), opposite(g));
+            tangents[0] += e * eu + f * fu;
+            tangents[1] += e * ev + f * fv;
+        }
+        return tangents;
+    }
+    let turn = |i: usize| {
+        let (sin, cos) = (TAU * (i % n) as f64 / n as f64).sin_cos();
+        [cos, sin]
+    };
     let edge = match level.scheme {
         Scheme::Loop => 1.0,
         Scheme::CatmullClark => {
-            let c = step.cos();
-            1.0 + c + (PI / n).cos() * (2.0 * (9.0 + c)).sqrt()
+            let c = turn(1)[0];
+            1.0 + c + (PI / n as f64).cos() * (2.0 * (9.0 + c)).sqrt()
         }
     };
-    let mut tangents = [DVec3::ZERO; 2];
+    let mut here = turn(0);
     for (i, g) in level.fan(v).enumerate() {
-        let (here, next) = (step * i as f64, step * (i + 1) as f64);
-        let e = p(level.next(g));
-        tangents[0] += e * (edge * here.cos());
-        tangents[1] += e * (edge * here.sin());
+        let next = turn(i + 1);
+        let e = spoke(g);
+        tangents[0] += e * (edge * here[0]);
+        tangents[1] += e * (edge * here[1]);
         if level.scheme == Scheme::CatmullClark {
-            let f = p(level.next(level.next(g)));
-            tangents[0] += f * (here.cos() + next.cos());
-            tangents[1] += f * (here.sin() + next.sin());
+            let f = opposite(g);
+            tangents[0] += f * (here[0] + next[0]);
+            tangents[1] += f * (here[1] + next[1]);
         }
+        here = next;
     }
     tangents
+}
+
+/// As [`across_weights`], which explains it, with the columns of Loop's step; there are no corners opposite.
+fn loop_across_weights(k: usize) -> [f64; 3] {
+    let theta = PI / k as f64;
+    let (sin, cos) = theta.sin_cos();
+    let lambda = 0.375 + 0.25 * cos;
+    let (of_end, of_vertex) = (0.125 * sin, 0.375 / (0.5 * theta).tan());
+    let (a, d) = (lambda - 0.5, lambda - 0.75);
+    let determinant = a * d - 0.125;
+    [(a * of_vertex + of_end) / determinant, (of_end * d + 0.125 * of_vertex) / determinant, 1.0]
 }
 
 /// Along the crease and across it into the region from `first` to `last`.
@@ -136,26 +165,13 @@ fn crease_tangents(level: &Level, [first, last]: [u32; 2], p: impl Fn(u32) -> DV
         // The curve turns round the only face: both directions lie in the plane of its ends.
         return [along, from + to - v * 2.0];
     }
-    // The left eigenvector of the step that vanishes with sin(i theta) towards both ends; inside the region it is that of
-    // a smooth vertex with 2 k faces. The entries of vertex and ends follow from their two columns. (The masks of Hoppe
-    // et al. 1994 and Biermann et al. 2000 belong to their own, modified rules.)
+    // The left eigenvector of the step that vanishes with sin(i theta) towards both ends. (The masks of Hoppe et al. 1994
+    // and Biermann et al. 2000 belong to their own, modified rules.)
     let theta = PI / k as f64;
-    let (sin, cos) = theta.sin_cos();
-    let sum = 1.0 / (0.5 * theta).tan();
-    let (edge, face, lambda, of_end, of_vertex) = match level.scheme {
-        Scheme::CatmullClark => {
-            let root = (0.5 * theta).cos() * (2.0 * (9.0 + cos)).sqrt();
-            let edge = 1.0 + cos + root;
-            let lambda = (5.0 + cos + root) / 16.0;
-            (edge, 1.0, lambda, sin * (edge / 16.0 + 0.25), sum * (0.375 * edge + 0.5))
-        }
-        Scheme::Loop => (1.0, 0.0, 0.375 + 0.25 * cos, 0.125 * sin, 0.375 * sum),
+    let ([vertex, end, edge], face) = match level.scheme {
+        Scheme::CatmullClark => (across_weights(k), 1.0),
+        Scheme::Loop => (loop_across_weights(k), 0.0),
     };
-    // (lambda - 1/2) end - vertex / 8 = of_end;  (lambda - 3/4) vertex - end = of_vertex.
-    let (a, d) = (lambda - 0.5, lambda - 0.75);
-    let determinant = a * d - 0.125;
-    let end = (of_end * d + 0.125 * of_vertex) / determinant;
-    let vertex = (a * of_vertex + of_end) / determinant;
     let mut across = v * vertex + (from + to) * end;
     for (i, g) in between(level, first, last).enumerate() {
         let (here, next) = ((i as f64 * theta).sin(), ((i + 1) as f64 * theta).sin());

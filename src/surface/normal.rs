@@ -46,7 +46,7 @@ pub fn mesh_normals(level: &Level, wedges: &Wedges) -> Vec<DVec3> {
 pub fn limit_normals(level: &Level, wedges: &Wedges, finer: Option<&Level>) -> Vec<DVec3> {
     let on = finer.unwrap_or(level);
     let borders = on.count_edges(&on.border, |&b| b);
-    let fallback = mesh_normals(level, wedges);
+    let fallback = std::cell::OnceCell::new();
     let normal = |(w, &first): (usize, &u32)| {
         let h = match finer {
             Some(_) => super::refine::child_corner(level, first),
@@ -57,7 +57,7 @@ pub fn limit_normals(level: &Level, wedges: &Wedges, finer: Option<&Level>) -> V
         let normal = limit_normal(on, h, shape(borders[v as usize], corner), |g| on.is_border(g));
         // Folded or degenerate faces: whatever the mesh says.
         if normal == DVec3::ZERO {
-            fallback[w]
+            fallback.get_or_init(|| mesh_normals(level, wedges))[w]
         } else {
             normal
         }

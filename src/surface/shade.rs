@@ -99,7 +99,8 @@ pub fn shade(levels: &[Level], given: &[DVec3], settings: &Settings) -> Shaded {
     let mut normals_computed = 0;
     let subdivided = subdivided_normals(levels, given, settings, wanted.map(|w| (w, &mut normals_computed)));
     let blend = |w: usize| {
-        let b = weight[last.origin[wedges.first[w] as usize] as usize].powf(settings.power);
+        let b = weight[last.origin[wedges.first[w] as usize] as usize];
+        let b = if settings.power == 1.0 { b } else { b.powf(settings.power) };
         if b == 0.0 {
             geometric[w]
         } else {

@@ -1,5 +1,6 @@
 //! What the commands do with scenes of technique `surface`.
 
+pub mod bench;
 pub mod check;
 pub mod flags;
 pub mod mesh;
