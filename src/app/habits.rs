@@ -8,31 +8,34 @@ use crate::edit::handle::{Id, Kind};
 use crate::edit::place::exact_limit;
 use crate::image::Picture;
 use crate::scene::Scene;
+use egui::epaint::ClippedShape;
 use egui::{Context, DroppedFile, Event, Pos2, RawInput, Rect, Vec2};
 use glam::{DVec2, DVec4};
 use std::path::{Path, PathBuf};
 
 /// Somebody at the editor.
-struct Seat {
-    editor: Editor,
+pub(super) struct Seat {
+    pub editor: Editor,
     ctx: Context,
     keyboard: Keyboard,
     time: f64,
+    /// What the last frame painted.
+    pub painted: Vec<ClippedShape>,
 }
 
 impl Seat {
-    fn new(scene: Scene, state: Option<PathBuf>) -> Seat {
+    pub fn new(scene: Scene, state: Option<PathBuf>) -> Seat {
         let mut editor = Editor::new(state);
         assert!(editor.take(scene, None));
         editor.prevent_folds = false;
         let ctx = Context::default();
         ctx.style_mut(|s| s.animation_time = 0.0);
-        let mut seat = Seat { editor, ctx, keyboard: Keyboard::default(), time: 0.0 };
+        let mut seat = Seat { editor, ctx, keyboard: Keyboard::default(), time: 0.0, painted: Vec::new() };
         (0..3).for_each(|_| seat.frame(vec![], vec![]));
         seat
     }
 
-    fn frame(&mut self, events: Vec<Event>, dropped_files: Vec<DroppedFile>) {
+    pub fn frame(&mut self, events: Vec<Event>, dropped_files: Vec<DroppedFile>) {
         self.time += 0.4;
         let raw = RawInput {
             screen_rect: Some(Rect::from_min_size(Pos2::ZERO, Vec2::new(900.0, 640.0))),
@@ -44,24 +47,24 @@ impl Seat {
             ..RawInput::default()
         };
         let editor = &mut self.editor;
-        let _ = self.ctx.run(raw, |ctx| editor.ui(ctx));
+        self.painted = self.ctx.run(raw, |ctx| editor.ui(ctx)).shapes;
     }
 
-    fn act(&mut self, action: Action) {
+    pub fn act(&mut self, action: Action) {
         let (view, mut events) = (self.editor.view, Vec::new());
         self.keyboard.events(&action, |[x, y]| view.to_window(DVec2::new(x, y)), &mut events);
         self.frame(events, vec![]);
     }
 
-    fn key(&mut self, name: &str) {
+    pub fn key(&mut self, name: &str) {
         self.act(Action::Key(name.to_owned()));
     }
 
-    fn click(&mut self, at: DVec2) {
+    pub fn click(&mut self, at: DVec2) {
         self.drag(at, at);
     }
 
-    fn drag(&mut self, from: DVec2, to: DVec2) {
+    pub fn drag(&mut self, from: DVec2, to: DVec2) {
         self.act(Action::Aim(from.into()));
         self.act(Action::Down(Button::Left));
         if from != to {
@@ -71,15 +74,15 @@ impl Seat {
         self.act(Action::Up(Button::Left));
     }
 
-    fn at(&self, id: Id) -> DVec2 {
+    pub fn at(&self, id: Id) -> DVec2 {
         exact_limit(&self.editor.model.scene, &self.editor.model.mesh, id.level, id.slot).unwrap()
     }
 
-    fn ids(&mut self, kind: Kind) -> Vec<Id> {
+    pub fn ids(&mut self, kind: Kind) -> Vec<Id> {
         self.editor.overlay().handles.iter().map(|h| h.id).filter(|id| id.kind == kind).collect()
     }
 
-    fn colour(&mut self, id: Id) -> DVec4 {
+    pub fn colour(&mut self, id: Id) -> DVec4 {
         self.editor.overlay().handles.iter().find(|h| h.id == id).unwrap().colour
     }
 }

@@ -7,6 +7,8 @@
 //! ```
 
 mod canvas;
+#[cfg(test)]
+mod clicks;
 mod colour;
 mod dialog;
 mod editor;
