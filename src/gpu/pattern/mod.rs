@@ -331,14 +331,19 @@ impl PreparedPattern {
                 PatternMethod::Instanced | PatternMethod::Indirect => {
                     device.cmd_draw_indexed(commands, self.indices, self.triangles, 0, 0, 0);
                 }
-                PatternMethod::Static => {
+                PatternMethod::Static | PatternMethod::Hardware => {
                     let step = (MOST_VERTICES / self.push.vertices as usize).max(1) as u32;
                     for first in (0..self.triangles).step_by(step as usize) {
-                        let count = step.min(self.triangles - first) * self.indices;
-                        device.cmd_draw_indexed(commands, count, 1, first * self.indices, 0, 0);
+                        let count = step.min(self.triangles - first);
+                        match self.frame.method {
+                            PatternMethod::Hardware => device.cmd_draw(commands, count, 1, first, 0),
+                            _ => {
+                                let indices = count * self.indices;
+                                device.cmd_draw_indexed(commands, indices, 1, first * self.indices, 0, 0);
+                            }
+                        }
                     }
                 }
-                PatternMethod::Hardware => device.cmd_draw(commands, self.triangles, 1, 0, 0),
             }
         }
     }
