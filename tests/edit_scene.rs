@@ -138,16 +138,16 @@ fn handles_held_together_stop_at_the_last_place_where_nothing_folds() {
     together.shift(&mut free, &model.mesh, target - start);
     assert!(least_jacobian(&Model::new(free, Drawing::default()).unwrap(), 64) < 0.0, "it folds when nothing stops it");
     let mut held = model.scene.clone();
-    let (watch, mut cost) = (Watch::new(&model), Cost::default());
+    let (mut watch, mut cost) = (Watch::new(&model), Cost::default());
     let ways = [start, target];
-    let end = shift_within(&watch, &together, &model, &mut held, ways, 1e-5 * size, &mut cost).unwrap();
+    let end = shift_within(&mut watch, &together, &model, &mut held, ways, 1e-5 * size, &mut cost).unwrap();
     assert!(end != start && end != target, "{end}");
     assert!(least_jacobian(&Model::new(held, Drawing::default()).unwrap(), 64) > 0.0);
     // A little further nothing is allowed.
     let further = end + (target - start).normalize() * 1e-3 * size;
     let mut beyond = model.scene.clone();
     together.shift(&mut beyond, &model.mesh, further - start);
-    assert!(!watch.allows(&beyond, &model).unwrap().0);
+    assert!(!watch.allows(&beyond).unwrap().0);
 }
 
 #[test]
@@ -344,7 +344,7 @@ fn a_drag_into_a_fold_stops_short_and_without_the_watch_it_folds() {
         assert!(least_jacobian(&model, 16) > 0.0, "{name} is counter-clockwise and sound");
         let size = size_of(&model.scene);
         let seen = overlay(&model.scene, &model.mesh, &model.refinement, &whole(&model, stage)).unwrap();
-        let watch = Watch::new(&model);
+        let mut watch = Watch::new(&model);
         assert_eq!(watch.folded(), 0);
         let movable: Vec<_> = seen.handles.iter().filter(|h| h.id.kind.is_geometry()).collect();
         let (mut stopped, mut cost) = (0, Cost::default());
@@ -357,7 +357,7 @@ fn a_drag_into_a_fold_stops_short_and_without_the_watch_it_folds() {
             let mut held = model.scene.clone();
             let tolerance = 1e-5 * size;
             let ways = [drag.start(), target];
-            let end = drag_within(&watch, &drag, &model, &mut held, ways, tolerance, &mut cost).unwrap();
+            let end = drag_within(&mut watch, &drag, &model, &mut held, ways, tolerance, &mut cost).unwrap();
             let held = Model::new(held, Drawing::default()).unwrap();
             assert!(least_jacobian(&held, 64) > 0.0, "{name} {:?}", handle.id);
             assert!(

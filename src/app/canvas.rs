@@ -324,7 +324,7 @@ impl Editor {
         let mut scene = self.model.scene.clone();
         let alone = if together.drags().len() == 1 { together.drags().first() } else { None };
         let start = together.drags()[0].start();
-        let done = match &held.watch {
+        let done = match &mut held.watch {
             Some(watch) => {
                 let mut cost = Cost::default();
                 // A hundredth of a pixel.

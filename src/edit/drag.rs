@@ -88,13 +88,39 @@ impl Drag {
     /// # Errors
     /// The point cannot be brought there, or the scene cannot be refined; the scene is then as it was.
     pub fn to(&self, scene: &mut Scene, mesh: &HalfEdgeMesh, target: DVec2) -> Result<f64, EditError> {
+        let mut moved = mesh.clone();
+        self.to_by(scene, mesh, target, |scene| {
+            if self.id.kind == Kind::Input {
+                moved.positions.clone_from(&scene.mesh.positions);
+            }
+            Ok(exact_limit(scene, &moved, self.id.level, self.id.slot)?)
+        })
+    }
+
+    /// As [`Drag::to`], where the limit point of a scene is measured in another way.
+    ///
+    /// # Errors
+    /// As [`Drag::to`], and those of `limit`.
+    pub fn to_by(
+        &self,
+        scene: &mut Scene,
+        mesh: &HalfEdgeMesh,
+        target: DVec2,
+        limit: impl FnMut(&Scene) -> Result<DVec2, EditError>,
+    ) -> Result<f64, EditError> {
         let mut next = scene.clone();
-        let left = self.solve(&mut next, mesh, target)?;
+        let left = self.solve(&mut next, mesh, target, limit)?;
         *scene = next;
         Ok(left)
     }
 
-    fn solve(&self, scene: &mut Scene, mesh: &HalfEdgeMesh, target: DVec2) -> Result<f64, EditError> {
+    fn solve(
+        &self,
+        scene: &mut Scene,
+        mesh: &HalfEdgeMesh,
+        target: DVec2,
+        mut limit: impl FnMut(&Scene) -> Result<DVec2, EditError>,
+    ) -> Result<f64, EditError> {
         let most = 1e6 * self.size;
         if !(target - self.start).is_finite() || (target - self.start).length() > most {
             return Err(EditError::refused("that is too far away"));
@@ -106,13 +132,9 @@ impl Drag {
             None => self.control + (target - self.start),
         };
         let map = IndexMap::new(mesh);
-        let mut moved = mesh.clone();
         let mut measure = |x: DVec2| -> Result<DVec2, EditError> {
             self.put(scene, mesh, &map, x);
-            if self.id.kind == Kind::Input {
-                moved.positions.clone_from(&scene.mesh.positions);
-            }
-            Ok(exact_limit(scene, &moved, self.id.level, self.id.slot)?)
+            limit(scene)
         };
         let mut best = (f64::INFINITY, x);
         for step in 0..STEPS {
@@ -137,7 +159,7 @@ impl Drag {
             x += slope.inverse() * off;
         }
         let (left, x) = best;
-        measure(x)?;
+        self.put(scene, mesh, &map, x);
         if left > 1e-6 * self.size {
             return Err(EditError::refused("the point cannot be brought there"));
         }

@@ -5,29 +5,71 @@
 //! stays undecided counts as folded, so that nothing is let through that folds.
 
 use super::drag::Drag;
+use super::handle::Id;
 use super::model::Model;
 use super::together::Together;
 use super::EditError;
 use crate::check::folds::{base_face, gd01, jacobian_sign, orientations, JacobianSign};
-use crate::patch::build::{build, face_control};
-use crate::patch::points::Irregular;
-use crate::patch::{ControlPoint, Face, Kind, PatchTable};
-use crate::refine::{refine, Options};
+use crate::patch::build::face_control;
+use crate::patch::{ControlPoint, Face, PatchTable};
 use crate::scene::Scene;
-use crate::subdiv::level::Level;
 use glam::DVec2;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
 /// Rectangles that the Jacobian test may cut a patch into.
 const RECTANGLES: usize = 1000;
 
-/// The patches at the beginning of a gesture, and which of them were folded then: those may stay so.
+/// The patches at the beginning of a gesture, of which those that were folded may stay so, and a model on which edits are
+/// tried. It follows them in place ([`crate::incremental`]), and a try looks only at patches that changed since they were
+/// last found sound.
 pub struct Watch {
-    known: HashMap<(u32, u64), (Kind, Vec<ControlPoint>)>,
-    folded: HashSet<(u32, u64)>,
+    tried: Model,
+    /// Revision of the tried model up to which changes are marked.
+    marked: u64,
+    start: PatchTable,
+    /// Faces of the start by level and name.
+    known: HashMap<(u32, u64), u32>,
+    /// Whether a face of the start was folded, as far as anybody asked.
+    folded: HashMap<u32, bool>,
     orientations: Vec<f64>,
-    irregular: Irregular,
+    faces: FacesOf,
+    /// Faces of the tried table that may be neither as at the start nor sound, ascending.
+    open: BTreeSet<u32>,
+}
+
+/// Faces of a table by control point.
+#[derive(Default)]
+struct FacesOf {
+    start: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+impl FacesOf {
+    fn new(table: &PatchTable) -> FacesOf {
+        let points = |f: &Face| &table.indices[f.first as usize..f.first as usize + f.kind.points()];
+        let mut start = vec![0; table.control.len() + 1];
+        for &i in table.faces.iter().flat_map(points) {
+            start[i as usize] += 1;
+        }
+        let mut end = 0;
+        for s in &mut start {
+            end += *s;
+            *s = end;
+        }
+        let mut faces = vec![0; end as usize];
+        for (n, face) in table.faces.iter().enumerate() {
+            for &i in points(face) {
+                start[i as usize] -= 1;
+                faces[start[i as usize] as usize] = n as u32;
+            }
+        }
+        FacesOf { start, faces }
+    }
+
+    fn of(&self, point: u32) -> &[u32] {
+        &self.faces[self.start[point as usize] as usize..self.start[point as usize + 1] as usize]
+    }
 }
 
 /// What a test cost and found.
@@ -37,7 +79,7 @@ pub struct Cost {
     pub time: Duration,
     /// Positions tried.
     pub tries: u32,
-    /// Patches whose control points had moved, in the last try.
+    /// Patches that the last try looked at: those that had moved since they were last found sound.
     pub patches: usize,
 }
 
@@ -47,75 +89,107 @@ fn sound(face: &Face, points: &[ControlPoint], orientation: f64) -> bool {
 }
 
 impl Watch {
-    /// Looks at all patches of a scene as it is drawn adaptively.
+    /// Takes the patches of a scene as it is drawn adaptively.
     pub fn new(model: &Model) -> Watch {
-        let irregular = model.drawing.irregular;
-        let zero = &model.refinement.levels[0];
-        let table = build(&model.refinement, irregular);
-        let mut watch = Watch {
-            known: HashMap::with_capacity(table.faces.len()),
-            folded: HashSet::new(),
-            orientations: orientations(zero),
-            irregular,
-        };
-        for face in &table.faces {
-            let points = face_control(&table, face);
-            if !sound(face, &points, watch.orientations[base_face(zero, face) as usize]) {
-                watch.folded.insert((face.level, face.name));
-            }
-            watch.known.insert((face.level, face.name), (face.kind, points));
+        let tried = model.to_try();
+        Watch {
+            marked: tried.revision,
+            start: tried.table.clone(),
+            known: tried.table.faces.iter().zip(0..).map(|(f, n)| ((f.level, f.name), n)).collect(),
+            folded: HashMap::new(),
+            orientations: orientations(&tried.refinement.levels[0]),
+            faces: FacesOf::new(&tried.table),
+            open: BTreeSet::new(),
+            tried,
         }
-        watch
     }
 
-    /// Faces that were folded, or not proved sound, at the beginning.
-    pub fn folded(&self) -> usize {
-        self.folded.len()
+    /// Faces that were folded, or not proved sound, at the beginning. Tests all of them.
+    pub fn folded(&mut self) -> usize {
+        (0..self.start.faces.len() as u32).filter(|&n| self.was_folded_at(n)).count()
     }
 
     /// Whether a scene of the same polygons folds nothing that was sound; and how many patches had to be looked at.
     ///
     /// # Errors
     /// The scene cannot be refined.
-    pub fn allows(&self, scene: &Scene, model: &Model) -> Result<(bool, usize), EditError> {
-        let mut mesh = model.mesh.clone();
-        mesh.positions.clone_from(&scene.mesh.positions);
-        let refinement = refine(scene, &mesh, Options::default())?;
-        let table = build(&refinement, self.irregular);
-        Ok(self.sound(&table, &refinement.levels[0]))
-    }
-
-    fn sound(&self, table: &PatchTable, zero: &Level) -> (bool, usize) {
+    pub fn allows(&mut self, scene: &Scene) -> Result<(bool, usize), EditError> {
+        self.tried.set(scene.clone())?;
+        self.mark();
         let mut looked = 0;
-        for face in &table.faces {
-            let points = face_control(table, face);
-            let same = self.known.get(&(face.level, face.name)).is_some_and(|(kind, known)| {
-                *kind == face.kind && known.iter().zip(&points).all(|(a, b)| a[..2] == b[..2])
-            });
-            if same {
-                continue;
+        while let Some(&n) = self.open.first() {
+            let face = self.tried.table.faces[n as usize];
+            let points = face_control(&self.tried.table, &face);
+            if !self.as_at_start(&face, &points) {
+                looked += 1;
+                if !sound(&face, &points, self.orientation(&face)) && !self.was_folded(&face) {
+                    return Ok((false, looked));
+                }
             }
-            looked += 1;
-            let orientation = self.orientations[base_face(zero, face) as usize];
-            if !sound(face, &points, orientation) && !self.was_folded(face) {
-                return (false, looked);
-            }
+            self.open.pop_first();
         }
-        (true, looked)
+        Ok((true, looked))
     }
 
-    /// Whether the face, one above it or one below it was folded before.
-    fn was_folded(&self, face: &Face) -> bool {
-        let mut name = face.name;
-        for level in (1..=face.level).rev() {
-            if self.folded.contains(&(level, name)) {
-                return true;
+    /// Limit point of a vertex in a scene of the same polygons. See [`Model::limit`].
+    fn limit(&mut self, scene: &Scene, id: Id) -> Result<DVec2, EditError> {
+        self.tried.set(scene.clone())?;
+        self.tried.limit(id.level, id.slot)
+    }
+
+    /// Marks what changed since the last time.
+    fn mark(&mut self) {
+        let table = &self.tried.table;
+        match self.tried.changed_since(self.marked) {
+            Some(changed) => self.open.extend(changed.iter().flat_map(|&i| self.faces.of(i))),
+            None => {
+                self.faces = FacesOf::new(table);
+                self.open = (0..table.faces.len() as u32).collect();
             }
-            name >>= 2;
         }
-        self.folded.iter().any(|&(level, name)| {
-            level > face.level && face.level > 0 && name >> (2 * (level - face.level)) == face.name
+        self.marked = self.tried.revision;
+    }
+
+    fn orientation(&self, face: &Face) -> f64 {
+        self.orientations[base_face(&self.tried.refinement.levels[0], face) as usize]
+    }
+
+    fn as_at_start(&self, face: &Face, points: &[ControlPoint]) -> bool {
+        self.known.get(&(face.level, face.name)).is_some_and(|&n| {
+            let before = &self.start.faces[n as usize];
+            let indices = &self.start.indices[before.first as usize..];
+            before.kind == face.kind
+                && points.iter().zip(indices).all(|(a, &i)| a[..2] == self.start.control[i as usize][..2])
         })
+    }
+
+    fn was_folded_at(&mut self, n: u32) -> bool {
+        if let Some(&known) = self.folded.get(&n) {
+            return known;
+        }
+        let face = self.start.faces[n as usize];
+        let folded = !sound(&face, &face_control(&self.start, &face), self.orientation(&face));
+        self.folded.insert(n, folded);
+        folded
+    }
+
+    /// Whether the face, or else the one above it or one below it, was folded before.
+    fn was_folded(&mut self, face: &Face) -> bool {
+        let zero = &self.tried.refinement.levels[0];
+        let base = base_face(zero, face);
+        let above = (0..=face.level).rev().find_map(|level| match level {
+            0 => self.known.get(&(0, u64::from(base))),
+            _ => self.known.get(&(level, face.name >> (2 * (face.level - level)))),
+        });
+        if let Some(&n) = above {
+            return self.was_folded_at(n);
+        }
+        let below = |f: &Face| match face.level {
+            0 => base_face(zero, f) == base,
+            l => f.level > l && f.name >> (2 * (f.level - l)) == face.name,
+        };
+        let below: Vec<u32> = self.start.faces.iter().zip(0..).filter(|(f, _)| below(f)).map(|(_, n)| n).collect();
+        below.into_iter().any(|n| self.was_folded_at(n))
     }
 }
 
@@ -125,7 +199,7 @@ impl Watch {
 /// # Errors
 /// As [`Drag::to`].
 pub fn drag_within(
-    watch: &Watch,
+    watch: &mut Watch,
     drag: &Drag,
     model: &Model,
     scene: &mut Scene,
@@ -133,8 +207,10 @@ pub fn drag_within(
     tolerance: f64,
     cost: &mut Cost,
 ) -> Result<DVec2, EditError> {
-    let put = |next: &mut Scene, at| drag.to(next, &model.mesh, at).map(drop);
-    bisect(watch, put, model, scene, [from, target], tolerance, cost)
+    let put = |watch: &mut Watch, next: &mut Scene, at| {
+        drag.to_by(next, &model.mesh, at, |tried| watch.limit(tried, drag.id())).map(drop)
+    };
+    bisect(watch, put, scene, [from, target], tolerance, cost)
 }
 
 /// As [`drag_within`], for several handles held together; places are those of the first.
@@ -142,7 +218,7 @@ pub fn drag_within(
 /// # Errors
 /// The scene cannot be refined.
 pub fn shift_within(
-    watch: &Watch,
+    watch: &mut Watch,
     together: &Together,
     model: &Model,
     scene: &mut Scene,
@@ -151,17 +227,16 @@ pub fn shift_within(
     cost: &mut Cost,
 ) -> Result<DVec2, EditError> {
     let start = together.drags()[0].start();
-    let put = |next: &mut Scene, at| {
+    let put = |_: &mut Watch, next: &mut Scene, at| {
         together.shift(next, &model.mesh, at - start);
         Ok(())
     };
-    bisect(watch, put, model, scene, ways, tolerance, cost)
+    bisect(watch, put, scene, ways, tolerance, cost)
 }
 
 fn bisect(
-    watch: &Watch,
-    put: impl Fn(&mut Scene, DVec2) -> Result<(), EditError>,
-    model: &Model,
+    watch: &mut Watch,
+    put: impl Fn(&mut Watch, &mut Scene, DVec2) -> Result<(), EditError>,
     scene: &mut Scene,
     [from, target]: [DVec2; 2],
     tolerance: f64,
@@ -170,8 +245,8 @@ fn bisect(
     let start = Instant::now();
     let mut attempt = |at: DVec2| -> Result<Option<Scene>, EditError> {
         let mut next = scene.clone();
-        put(&mut next, at)?;
-        let (allowed, looked) = watch.allows(&next, model)?;
+        put(watch, &mut next, at)?;
+        let (allowed, looked) = watch.allows(&next)?;
         cost.tries += 1;
         cost.patches = looked;
         Ok(allowed.then_some(next))

@@ -8,6 +8,9 @@
 //!   drag, paint, sharpen, modelling  write the Scene;  History and Journal keep its Changes
 //! ```
 //!
+//! A step of a drag costs what it touches, unless it changes what is refined: the model and the fold watch's copy of it
+//! follow in place, and only patches that changed are tested.
+//!
 //! Everything here is plain data and functions of it. The window is in `crate::app`.
 
 pub mod brush;

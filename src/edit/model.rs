@@ -1,13 +1,16 @@
 //! A scene with everything that follows from it.
 
+use super::place::{exact_limit, finest, limit_in};
 use super::EditError;
 use crate::incremental::{between, update, Index, Kept, ValueEdit};
 use crate::mesh::{self, HalfEdgeMesh, ShapeNote};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
 use crate::patch::PatchTable;
-use crate::refine::{refine, Mode, Options, Refinement, Rules};
+use crate::refine::{fate, refine, Mode, Options, Refinement, Rules};
 use crate::scene::Scene;
+use crate::subdiv::index_map::Slot;
+use glam::DVec2;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -154,6 +157,50 @@ impl Model {
         self.steps.clear();
         self.revision += 1;
         Ok(())
+    }
+
+    /// The same scene drawn adaptively, as a model to try edits on. Linear in the levels, which are not made anew.
+    pub fn to_try(&self) -> Model {
+        let r = &self.refinement;
+        let refinement = Refinement { levels: r.levels.clone(), fates: r.fates.clone(), ..*r };
+        let adaptive = Mode::Adaptive { isolate: 0 };
+        Model {
+            scene: self.scene.clone(),
+            mesh: self.mesh.clone(),
+            table: match self.drawing.mode == adaptive {
+                true => self.table.clone(),
+                false => build(&refinement, self.drawing.irregular),
+            },
+            refinement,
+            notes: Vec::new(),
+            drawing: Drawing { mode: adaptive, ..self.drawing },
+            revision: 0,
+            times: [Duration::ZERO; 2],
+            index: None,
+            steps: VecDeque::new(),
+        }
+    }
+
+    /// Limit point of the vertex that `slot` of M^`level` leaves: [`exact_limit`] but for rounding, from the levels at
+    /// hand where they have the vertex.
+    ///
+    /// # Errors
+    /// As [`exact_limit`].
+    pub fn limit(&self, level: u32, slot: Slot) -> Result<DVec2, EditError> {
+        let own = || {
+            let at = self.refinement.levels.get(level as usize)?;
+            let h = match level {
+                0 => slot as u32,
+                _ => 4 * at.face.binary_search(&(slot >> 2)).ok()? as u32 + (slot & 3) as u32,
+            };
+            // Faces that are drawn have all that their corners depend on; what lies around them may not.
+            let drawn = self.refinement.fates[level as usize][at.face_of(h) as usize] & fate::DRAWN != 0;
+            drawn.then_some((level as usize, h))
+        };
+        match finest(&self.refinement, level, slot).or_else(own) {
+            Some((l, h)) => Ok(limit_in(&self.refinement.levels[l], h, self.scene.corners)),
+            None => Ok(exact_limit(&self.scene, &self.mesh, level, slot)?),
+        }
     }
 
     /// Rectangle x0, y0, x1, y1 around all control points, which is around the surface; `None` without patches.

@@ -47,7 +47,7 @@ fn drag(scene: Scene) -> Result<Dragged, EditError> {
     let (start, aim) = (drag.start(), DVec2::new(1.0, 0.2).normalize());
     let (mut last, mut cost) = (scene.clone(), Cost::default());
     let end = drag_within(
-        &Watch::new(&model),
+        &mut Watch::new(&model),
         &drag,
         &model,
         &mut last,
