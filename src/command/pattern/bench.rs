@@ -22,7 +22,7 @@ const METHODS: [PatternMethod; 4] =
     [PatternMethod::Static, PatternMethod::Draws, PatternMethod::Instanced, PatternMethod::Hardware];
 
 /// Most bytes of a static buffer that is built; beyond, its row is NA.
-const MOST_STATIC: usize = 1 << 30;
+const MOST_STATIC: usize = 3 << 29;
 
 /// What is measured.
 pub struct Request<'a> {
