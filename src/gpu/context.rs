@@ -2,6 +2,7 @@
 
 use super::device::{Candidate, DeviceInfo, Optional};
 use super::error::{GpuError, Named};
+use super::fault::Faults;
 use super::instance::{c_name, Instance};
 use ash::extensions::ext::CalibratedTimestamps;
 use ash::vk;
@@ -23,6 +24,7 @@ pub(super) struct Context {
     /// Present when the device has the extension.
     pub calibrated: Option<CalibratedTimestamps>,
     pub queue_family: u32,
+    pub faults: Faults,
     pub(super) pool: vk::CommandPool,
     // Emptied in Drop, before the device goes. Shared with what draws the editor's widgets.
     pub allocator: SharedAllocator,
@@ -92,6 +94,7 @@ impl Context {
             physical: handle,
             calibrated: optional.calibrated.then(|| CalibratedTimestamps::new(&instance.entry, &instance.handle)),
             queue_family,
+            faults: Faults::default(),
             pool: vk::CommandPool::null(),
             allocator: SharedAllocator::default(),
             instance,
@@ -223,6 +226,7 @@ impl Commands {
         unsafe { device.end_command_buffer(self.buffer) }.named("vkEndCommandBuffer", &self.name)?;
         recorded?;
         let record_ns = elapsed(start);
+        self.context.faults.may_submit().named("vkQueueSubmit", &self.name)?;
 
         let start = Instant::now();
         let buffers = [self.buffer];

@@ -214,7 +214,8 @@ fn allocate(
     linear: bool,
 ) -> Result<Allocation, GpuError> {
     let failed = |what: String| GpuError::Memory { object: name.to_owned(), what };
-    context
+    context.faults.may_allocate(name, requirements.size)?;
+    let allocation = context
         .allocator()
         .as_mut()
         .ok_or_else(|| failed("the device is gone".to_owned()))?
@@ -225,11 +226,14 @@ fn allocate(
             linear,
             allocation_scheme: AllocationScheme::GpuAllocatorManaged,
         })
-        .map_err(|e| failed(format!("{} bytes: {e}", requirements.size)))
+        .map_err(|e| failed(format!("{} bytes: {e}", requirements.size)))?;
+    context.faults.count(allocation.size(), 0);
+    Ok(allocation)
 }
 
 fn free(context: &Context, allocation: Option<Allocation>) {
     if let (Some(allocator), Some(allocation)) = (context.allocator().as_mut(), allocation) {
+        context.faults.count(0, allocation.size());
         // Freeing fails only for an allocation of another allocator.
         let _ = allocator.free(allocation);
     }

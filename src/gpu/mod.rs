@@ -23,6 +23,7 @@ mod descriptors;
 mod device;
 mod draw;
 mod error;
+mod fault;
 mod graphics;
 mod hand_over;
 mod instance;
@@ -123,6 +124,21 @@ impl Gpu {
         canary::sing(&self.context, canary)
     }
 
+    /// Bytes of device memory in use: buffers and images of this room, without what widgets take.
+    pub fn allocated(&self) -> u64 {
+        self.context.faults.allocated()
+    }
+
+    /// From now on at most so many bytes may be allocated at a time; what passes the limit fails like memory that ran out.
+    pub fn limit_memory(&self, bytes: Option<u64>) {
+        self.context.faults.limit_memory(bytes);
+    }
+
+    /// From now on every submission fails as on a device that is lost, or no more. For tests.
+    pub fn pretend_lost(&self, lost: bool) {
+        self.context.faults.lose(lost);
+    }
+
     /// Casts a table to f32 and copies it to the device.
     ///
     /// # Errors
@@ -159,7 +175,9 @@ impl Gpu {
     /// Puts another table into the buffers of `into`, which grow when they have to: what a frame after an edit does.
     ///
     /// # Errors
-    /// As [`Gpu::upload`]; `into` is empty then.
+    /// As [`Gpu::upload`]. When memory for a larger table runs out, or the table contradicts itself, `into` is what it was
+    /// and can be drawn; when the copy fails, it is empty. Another update makes it good again either way, unless the device
+    /// is lost.
     pub fn update(&self, into: &mut DeviceTable, table: &PatchTable) -> Result<(), GpuError> {
         table::update(&self.context, table, into)
     }

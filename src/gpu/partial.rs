@@ -78,10 +78,10 @@ impl Ring {
     fn slot(&mut self, context: &Rc<Context>, size: u64) -> Result<&mut Slot, GpuError> {
         let room = size.max(LEAST).next_power_of_two();
         let i = self.next;
-        self.next = (i + 1) % RING;
         if i == self.slots.len() {
             self.slots.push(Slot::new(context, room)?);
         }
+        self.next = (i + 1) % RING;
         let slot = &mut self.slots[i];
         slot.finish()?;
         if slot.staging.size < size {

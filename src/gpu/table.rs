@@ -67,7 +67,8 @@ pub(super) fn upload(context: &Rc<Context>, table: &PatchTable) -> Result<Device
     Ok(made)
 }
 
-/// As [`upload`], into the buffers of an earlier table as far as they are large enough. After an error the table is empty.
+/// As [`upload`], into the buffers of an earlier table as far as they are large enough. After a failed copy the table is
+/// empty, after any other error it is the earlier one.
 pub(super) fn update(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable) -> Result<(), GpuError> {
     // A quarter more than needed: an edit that refines a little more finds room.
     fill(context, table, into, 4)
@@ -77,12 +78,11 @@ pub(super) fn update(context: &Rc<Context>, table: &PatchTable, into: &mut Devic
 fn fill(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable, spare: u64) -> Result<(), GpuError> {
     // The buffers may be on their way out.
     into.ring.finish()?;
-    let (uploader, buffers) = (into.uploader.take(), into.buffers.take());
-    into.ranges.clear();
-    (into.upload_ns, into.lengths) = (None, [0; 2]);
     check(table, context.info.limits.max_index)?;
     let packed = pack(table);
     let (control, indices) = (bytes_of(&packed.control), bytes_of(&packed.indices));
+    // Whatever is new is made before anything of the old table goes, so that memory which runs out leaves that drawable.
+    let mut made = None;
     if !control.is_empty() && !indices.is_empty() {
         let room = |bytes: &[u8]| {
             let size = bytes.len() as u64;
@@ -93,17 +93,26 @@ fn fill(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable, spare
             let usage = usage | vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;
             Buffer::new(context, name, room(bytes), usage, MemoryLocation::GpuOnly)
         };
-        let mut uploader = match uploader {
-            Some(u) if fits(&u.control, control) && fits(&u.indices, indices) => u,
-            _ => Uploader::new(context, room(control), room(indices))?,
+        let uploader = match &into.uploader {
+            Some(u) if fits(&u.control, control) && fits(&u.indices, indices) => None,
+            _ => Some(Uploader::new(context, room(control), room(indices))?),
         };
-        let buffers = match buffers {
-            Some(b) if fits(&b.control, control) && fits(&b.indices, indices) => b,
-            _ => TableBuffers {
+        let buffers = match &into.buffers {
+            Some(b) if fits(&b.control, control) && fits(&b.indices, indices) => None,
+            _ => Some(TableBuffers {
                 control: on_device("control points", control, vk::BufferUsageFlags::VERTEX_BUFFER)?,
                 indices: on_device("patch indices", indices, vk::BufferUsageFlags::INDEX_BUFFER)?,
-            },
+            }),
         };
+        made = Some((uploader, buffers));
+    }
+    // Until the copy is done the table is empty.
+    let (uploader, buffers) = (into.uploader.take(), into.buffers.take());
+    into.ranges.clear();
+    (into.upload_ns, into.lengths) = (None, [0; 2]);
+    if let Some((new_uploader, new_buffers)) = made {
+        let kept = (new_uploader.or(uploader), new_buffers.or(buffers));
+        let (Some(mut uploader), Some(buffers)) = kept else { unreachable!("what fits is there") };
         into.upload_ns = uploader.copy(context, &buffers, control, indices)?;
         (into.buffers, into.uploader) = (Some(buffers), Some(uploader));
     }
