@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench refine` measures; `-- --short` runs each part once or twice, stops at 10,000 faces and only
 //! checks that the output makes sense; `-- --drags` is the drag of one handle in sheets of copies of one model; `--
-//! --cores` is a full rebuild on one core against all of them. Times are medians of runs in one process; compare ratios, not
+//! --cores` is a full rebuild on one core against all of them, `-- --tables` sets patch tables beside those of OpenSubdiv. Times are medians of runs in one process; compare ratios, not
 //! milliseconds.
 
 use glam::{DVec2, DVec4};
@@ -270,7 +270,90 @@ fn all_cores(short: bool) {
     }
 }
 
+/// OpenSubdiv 3.5.0 (Debian's build, one core of an AMD EPYC, medians of 20): faces of the shape, isolation level, ms of
+/// adaptive topology refinement and of the patch table, patches.
+const OPENSUBDIV: [(&str, u32, f64, usize); 12] = [
+    ("car (1575)", 2, 2.85 + 5.68, 11331),
+    ("car (1575)", 4, 20.3 + 13.2, 39963),
+    ("car (1575)", 6, 90.3 + 47.4, 136419),
+    ("rook (777)", 2, 0.77 + 1.70, 4960),
+    ("rook (777)", 4, 11.2 + 10.9, 25576),
+    ("rook (777)", 6, 49.7 + 27.9, 106672),
+    ("pawn (588)", 2, 0.50 + 0.37, 2928),
+    ("pawn (588)", 4, 2.88 + 2.30, 11856),
+    ("pawn (588)", 6, 20.0 + 10.6, 46704),
+    ("bishop (968)", 2, 1.16 + 1.88, 6251),
+    ("bishop (968)", 4, 10.7 + 7.44, 25859),
+    ("bishop (968)", 6, 49.3 + 26.2, 93851),
+];
+
+/// As the shapes of that table: a sheet of quads, every `step`-th of them cut into two triangles, so that there are faces
+/// other than quads and vertices of valence 5 and 6 all over.
+fn mixed(n: u32, step: u32) -> Scene {
+    let quads = grid(n).mesh;
+    let mut mesh = InputMesh { face_start: vec![0], positions: quads.positions, ..InputMesh::default() };
+    for (f, q) in quads.corners.chunks_exact(4).enumerate() {
+        let faces = match f as u32 % step {
+            0 => vec![vec![q[0], q[1], q[2]], vec![q[0], q[2], q[3]]],
+            _ => vec![q.to_vec()],
+        };
+        for face in faces {
+            mesh.corners.extend(face);
+            mesh.face_start.push(mesh.corners.len() as u32);
+        }
+    }
+    Scene { name: format!("mixed sheet ({})", mesh.face_start.len() - 1), mesh, ..Scene::default() }
+}
+
+/// Patches a second of refinement and patch table on one core, beside OpenSubdiv's.
+fn tables(short: bool) {
+    println!("patch tables on one core: refinement and patch table, patches a second");
+    println!("OpenSubdiv's times are of topology and indices alone; ours have all control points, positions and colours, too");
+    println!(
+        "{:<28} {:>6} {:>9} {:>9} {:>12} {:>12} {:>8}",
+        "mesh (faces)", "level", "patches", "ms", "patches/s", "theirs", "times"
+    );
+    for (name, level, ms, patches) in OPENSUBDIV {
+        println!("{:<28} {level:>6} {patches:>9} {ms:>9.3} {:>12} {:>12.0}", name, "", patches as f64 / ms * 1e3);
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let isolations: &[u32] = if short { &[1] } else { &[0, 1, 2, 3, 4] };
+    for (scene, isolate) in [mixed(24, 7), mixed(38, 11)].iter().flat_map(|s| isolations.iter().map(move |&i| (s, i))) {
+        let mesh = mesh::build(&scene.mesh).expect("a manifold");
+        let options = Options { mode: Mode::Adaptive { isolate }, ..Options::default() };
+        let mut table = PatchTable::default();
+        let mut levels = 0;
+        let mut times: Vec<f64> = (0..if short { 1 } else { 21 })
+            .map(|_| {
+                pool.install(|| {
+                    let start = cpu_time();
+                    let refined = refine(scene, &mesh, options).expect("no edits");
+                    table = rebuild(&refined, Irregular::Gregory, std::mem::take(&mut table));
+                    levels = refined.levels.len() - 1;
+                    (cpu_time() - start).as_secs_f64() * 1e3
+                })
+            })
+            .collect();
+        let ms = median(&mut times);
+        let (patches, ours) = (table.faces.len(), table.faces.len() as f64 / ms * 1e3);
+        // The row of theirs whose number of patches is nearest.
+        let distance = |n: usize| (n as f64 / patches as f64).ln().abs();
+        let nearest = OPENSUBDIV.iter().min_by(|a, b| distance(a.3).total_cmp(&distance(b.3))).expect("rows");
+        let theirs = nearest.3 as f64 / nearest.2 * 1e3;
+        println!(
+            "{:<28} {levels:>6} {patches:>9} {ms:>9.3} {ours:>12.0} {theirs:>12.0} {:>8.2}",
+            scene.name,
+            ours / theirs
+        );
+        assert!(patches > scene.mesh.face_start.len());
+    }
+}
+
 fn main() {
+    if std::env::args().any(|a| a == "--tables") {
+        drop(std::hint::black_box(Vec::<u8>::with_capacity(31 << 20)));
+        return tables(std::env::args().any(|a| a == "--short"));
+    }
     if std::env::args().any(|a| a == "--cores") {
         drop(std::hint::black_box(Vec::<u8>::with_capacity(31 << 20)));
         return all_cores(std::env::args().any(|a| a == "--short"));
