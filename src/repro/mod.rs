@@ -58,6 +58,8 @@ pub const FIGURES: &[Figure] = &[
     zhhk22::fig_20::FIGURE,
     zhhk22::fig_21::FIGURE,
     zhhk22::fig_22::FIGURE,
+    zhhk22::pair::FIGURE,
+    zhhk22::accuracy::FIGURE,
     zhhk22::isolate::FIGURE,
     zhhk22::pixels::FIGURE,
     zhhk22::remap::FIGURE,

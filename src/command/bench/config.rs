@@ -72,7 +72,7 @@ pub struct Config {
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     isolate: Option<bool>,
     /// Stretch every frame by P per cent: tests whether a difference is found
-    #[arg(long, value_name = "P", hide = true)]
+    #[arg(long, value_name = "P")]
     slowdown: Option<f64>,
 }
 

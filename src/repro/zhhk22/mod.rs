@@ -1,5 +1,6 @@
 //! Tables and figures of ZHHK22.
 
+pub mod accuracy;
 pub mod equal_error;
 pub mod fig_11;
 pub mod fig_13;
@@ -15,6 +16,7 @@ pub mod fig_7;
 pub mod fig_8;
 pub mod fig_9;
 pub mod isolate;
+pub mod pair;
 pub mod pixels;
 pub mod remap;
 pub mod show;
