@@ -134,6 +134,8 @@
 //! | 3.5 `fs` and `as` lines | [`scene::surface`] |
 //! | 5 normals only where they count: 832 and 2304 of Spot's 46,850 | [`surface::normal::needed`], [`surface::weight::needing`]; `gradtess stats --level 4` |
 //!
+//! `repro --only zbk23` makes Figs. 1 to 6 and 8 to 13.
+//!
 //! Beyond the paper, [`surface::patches`] draws the limit of a Catmull-Clark surface with N_B at every vertex that the
 //! tessellator makes (`render --tess 16`), refined by [`surface::adaptive`] (NLMD12); `gradtess bench`
 //! compares both. Departures from the authors' tool, each with its reason, are listed in [`surface`].

@@ -224,7 +224,7 @@ mod tests {
         assert_eq!(ids(plan(&["ZHHK22-Fig18".to_owned()], None).unwrap()), ["zhhk22-fig18"]);
         // Of all papers that have one.
         assert!(ids(plan(&["Fig18".to_owned()], None).unwrap()).contains(&"blhk18-fig18"));
-        assert!(matches!(plan(&["fig1".to_owned()], None), Err(ReproError::Request(_))));
+        assert!(matches!(plan(&["fig99".to_owned()], None), Err(ReproError::Request(_))));
     }
 
     #[test]

@@ -19,6 +19,7 @@ pub mod record;
 mod report;
 mod scenes;
 mod sheet;
+mod zbk23;
 mod zhhk22;
 
 pub use error::ReproError;
@@ -26,6 +27,7 @@ pub use folder::{merge, plan, run, Outcome, Request, Shard};
 pub use sheet::Sheet;
 
 /// A table or figure of a paper.
+#[derive(Clone, Copy)]
 pub struct Figure {
     /// Paper and place in lower case: `zhhk22-fig20`. Names its folder.
     pub id: &'static str,
@@ -70,6 +72,18 @@ pub const FIGURES: &[Figure] = &[
     blhk18::fig_13::FIGURE,
     blhk18::fig_15::FIGURE,
     blhk18::fig_18::FIGURE,
+    zbk23::FIGURES[0],
+    zbk23::FIGURES[1],
+    zbk23::FIGURES[2],
+    zbk23::FIGURES[3],
+    zbk23::FIGURES[4],
+    zbk23::FIGURES[5],
+    zbk23::FIGURES[6],
+    zbk23::FIGURES[7],
+    zbk23::FIGURES[8],
+    zbk23::FIGURES[9],
+    zbk23::FIGURES[10],
+    zbk23::FIGURES[11],
     bs05::fig_3::FIGURE,
     bs05::fig_4::FIGURE,
     bs05::fig_5::FIGURE,

@@ -26,7 +26,7 @@ fn variant(sheet: &Sheet, scene: &str, name: &str, keys: &[(&str, Value)]) -> Re
 }
 
 /// Greatest difference of two pictures in a channel, and how many pixels differ.
-fn difference(a: &crate::image::Picture, b: &crate::image::Picture) -> (u8, usize) {
+pub fn difference(a: &crate::image::Picture, b: &crate::image::Picture) -> (u8, usize) {
     let pixels = (0..a.height.min(b.height)).flat_map(|y| (0..a.width.min(b.width)).map(move |x| (x, y)));
     let each = pixels.map(|(x, y)| {
         let (p, q) = (a.pixel(x, y), b.pixel(x, y));
