@@ -30,6 +30,13 @@
 //! * **`vn` lines** of a file are control normals ("if not specified by the user", 3.4); the tool ignores them.
 //! * **Boundary vertices** get their weight once, at the first level, and subdivide it; the tool sets it again each time.
 //! * **At a dart**, the crease's far end counts by the mean of its two sides; the tool takes one.
+//! * **At sharpness 1** the tool's stencils of level 1 already take a crease vertex's mean normal, from 2 on its region's;
+//!   here regions count as long as the step keeps them apart, whatever the sharpness. (Their cubes of sharpness 1 and 2
+//!   differ by up to 31 degrees at face points of level 1.)
+//! * **N_S is chained** from its first level to the last, as the text says. In the tool that depends on the order of clicks:
+//!   raising the level first and then asking for subdivided normals applies one stencil to N_L of the level before.
+//! * **Creases that meet the boundary**, fractional sharpness and sharp corners, which the tool has not, follow DKT98.
+//! * **Weights above 1** are cut at 1; the tool lets those up to 1.05 stand.
 //! * **Counts** of section 5 are higher by Spot's four vertices of valence 6, which the paper leaves out.
 
 pub mod accuracy;

@@ -106,7 +106,7 @@ pub fn hat(sharpness: u32) -> String {
         }
     }
     let faces: Vec<&[u32]> = faces.iter().map(|f| &f[..]).collect();
-    obj(&points, &faces, &["7 8 9 10"], sharpness)
+    obj(&points, &faces, &["10 11 12 7"], sharpness)
 }
 
 #[cfg(test)]

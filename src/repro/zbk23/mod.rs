@@ -127,8 +127,17 @@ pub const FIGURES: [Figure; 12] = [
         both_variants(sheet, &scene, "hat", SCHEMES[0].0)
     }),
     figure("zbk23-fig11", "Fig. 11", "Letter A by Catmull-Clark subdivision: variants A and B", |sheet| {
-        let scene = own(sheet, "ItaPaperGeom.obj", "letter", &cross(4))?;
-        both_variants(sheet, &scene, "letter", SCHEMES[1].0)
+        match sheet.model("ItaPaperGeom.obj") {
+            Some(letter) => {
+                sheet.note("The published letter has no sharp edges, so both variants are the same; where it has some, see Fig. 13.");
+                both_variants(sheet, &letter, "letter", SCHEMES[1].0)
+            }
+            None => {
+                let scene = sheet.write("cross.obj", &cross(4))?;
+                sheet.note("The letter is among the authors' models, which were not given: a cross with a sharp rim in its place.");
+                both_variants(sheet, &scene, "cross", SCHEMES[1].0)
+            }
+        }
     }),
     figure("zbk23-fig12", "Fig. 12", "Darts of a tetrahedron, smooth and sharp", |sheet| {
         let tetra = own(sheet, "Tetrahedron4Dart.obj", "tetrahedron", &tetrahedron(&["0 1 2"], 4))?;
