@@ -69,9 +69,9 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
     let (mut rows, mut bounded) = (Vec::new(), Vec::new());
     for scene in files {
         let name = scene.trim_start_matches("$MODELS/").to_owned();
-        let own = check(sheet, &scene, "--pixels 1")?;
-        let isolated = check(sheet, &scene, "--pixels 1 --isolate 3")?;
-        let authors = check(sheet, &scene, "--pixels 1 --rules authors")?;
+        let own = check(sheet, &scene, "--tess 64")?;
+        let isolated = check(sheet, &scene, "--tess 64 --isolate 3")?;
+        let authors = check(sheet, &scene, "--tess 64 --rules authors")?;
         let max = |found: &Value| cell(found, "/error/max_percent");
         rows.push(vec![name.clone(), max(&authors), max(&own), max(&isolated)]);
         let file = name.rsplit('/').next().unwrap_or(&name);
@@ -102,8 +102,8 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
         verdicts.push(vec![case.case.clone(), case.bound.to_string(), max.to_string(), verdict.to_owned(), why]);
     }
     sheet.caption(format!(
-        "Greatest distance of the colour from the limit, per cent of sqrt 3, at 480 x 480 pixels and segments of one pixel, 64 an edge at \
-         most; pixels of silhouettes and sharp edges are left out. Bounds: what the paper reports by rules authors; {SHARP} % at darts \
+        "Greatest distance of the colour from the limit, per cent of sqrt 3, at 480 x 480 pixels and 64 segments an edge: segments of one \
+         pixel are chords too long for colours in patches of few pixels. Pixels of silhouettes and sharp edges are left out. Bounds: what the paper reports by rules authors; {SHARP} % at darts \
          and meeting sharp edges by rules gradtess; {ISOLATED} % with --isolate 3 anywhere. {} of {} bounds are met.",
         met[1],
         met[0] + met[1]
@@ -139,7 +139,7 @@ fn why(sheet: &mut Sheet, case: &Bounded) -> Result<String, ReproError> {
     let cause = if coarse > 2.5 * fine {
         // Of second order: what is left for ever finer segments.
         let left = ((4.0 * fine - coarse) / 3.0).max(0.0);
-        format!("chords: 64 segments an edge, the most of every device, are too few for so large a patch; endlessly many would leave {left:.4} %")
+        format!("chords: 64 segments an edge, the most of every device, are too few here; endlessly many would leave {left:.4} %")
     } else if worst("kind") == "gregory" {
         "the patch itself: a Gregory patch approximates the limit at an irregular face".to_owned()
     } else {
