@@ -119,6 +119,9 @@ impl Editor {
 
     /// Puts a picture under the mesh.
     pub fn set_reference(&mut self, file: &Path) {
+        if self.gradient.is_some() {
+            return self.fail("a gradient mesh has no reference picture; open a subdivision scene for one");
+        }
         let picture = match crate::image::Picture::read_png(file) {
             Ok(picture) => picture,
             Err(e) => return self.fail(e),

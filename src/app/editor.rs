@@ -101,6 +101,8 @@ pub struct Dragged {
 pub struct Editor {
     /// The scene and what follows from it.
     pub model: Model,
+    /// A gradient mesh in place of the model.
+    pub gradient: Option<super::ferguson::Gradient>,
     /// Where it was read from or written to.
     pub file: Option<PathBuf>,
     /// Its steps.
@@ -164,6 +166,7 @@ impl Editor {
         let model = Model::new(Editor::fresh("quad"), Drawing::default()).expect("a built-in mesh can be drawn");
         Editor {
             model,
+            gradient: None,
             file: None,
             history: History::default(),
             journal: None,
@@ -243,6 +246,9 @@ impl Editor {
 
     /// Whether the scene differs from its file.
     pub fn unsaved(&self) -> bool {
+        if let Some(gradient) = &self.gradient {
+            return gradient.unsaved();
+        }
         self.gesture.is_some() || self.saved_at != Some(self.history.position())
     }
 
@@ -260,6 +266,9 @@ impl Editor {
         }
         if let Some(journal) = self.journal.take() {
             journal.end();
+        }
+        if self.gradient.take().is_some() {
+            self.forget_drawn();
         }
         self.file = file;
         self.history = History::default();
@@ -284,6 +293,12 @@ impl Editor {
 
     /// Opens a scene; offers what a crashed session of it has left.
     pub fn open(&mut self, file: &Path) {
+        if self.open_gradient(file) {
+            if self.gradient.is_some() {
+                self.remember(file);
+            }
+            return;
+        }
         match Scene::load(file) {
             Ok(scene) => {
                 self.message = None;
@@ -332,6 +347,13 @@ impl Editor {
 
     /// Writes the scene; `true`: it is on the disk.
     pub fn save(&mut self, file: &Path) -> bool {
+        if self.gradient.is_some() {
+            let done = self.save_gradient(file);
+            if done {
+                self.remember(file);
+            }
+            return done;
+        }
         self.commit();
         self.carry_reference(file);
         let obj = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
@@ -443,6 +465,9 @@ impl Editor {
 
     /// Ends the gesture; what it changed is one step.
     pub fn commit(&mut self) {
+        if let Some(gradient) = &mut self.gradient {
+            gradient.commit();
+        }
         let Some(gesture) = self.gesture.take() else { return };
         let step = self.history.push(&gesture.label, &gesture.before, &self.model.scene).cloned();
         if let Some(step) = step {
@@ -468,6 +493,9 @@ impl Editor {
 
     /// Takes a step back, or does it again.
     pub fn step(&mut self, forward: bool) {
+        if self.gradient.is_some() {
+            return self.gradient_step(forward);
+        }
         self.cancel();
         let before = self.model.scene.clone();
         let mut scene = before.clone();
@@ -575,7 +603,11 @@ impl Editor {
 
     /// Shows everything.
     pub fn fit(&mut self) {
-        if let Some(bounds) = self.model.bounds() {
+        let bounds = match &self.gradient {
+            Some(gradient) => gradient.bounds(),
+            None => self.model.bounds(),
+        };
+        if let Some(bounds) = bounds {
             self.view.fit(bounds);
         }
     }

@@ -189,6 +189,37 @@ impl Editor {
         if self.dialog.is_some() && !matches!(command, Command::Escape | Command::Help) {
             return;
         }
+        if let Some(gradient) = &mut self.gradient {
+            match command {
+                Command::Reset => return self.remove_selected_split(),
+                Command::PasteColour => {
+                    return match self.copied {
+                        Some(colour) => self.colour_selected(colour),
+                        None => self.say("no colour was copied"),
+                    };
+                }
+                Command::Escape if self.dialog.is_none() => {
+                    gradient.cancel();
+                    (gradient.held, gradient.selected) = (None, None);
+                    return;
+                }
+                Command::Zoom(_)
+                | Command::New
+                | Command::Open
+                | Command::Quit
+                | Command::Save
+                | Command::SaveAs
+                | Command::Undo
+                | Command::Redo
+                | Command::Fit
+                | Command::OneToOne
+                | Command::Escape
+                | Command::Help
+                | Command::Toggle(Shows::Mesh | Shows::Handles | Shows::Timing) => {}
+                // The others are for subdivision meshes.
+                _ => return,
+            }
+        }
         match command {
             Command::New => self.ask_first(super::dialog::Then::New),
             Command::Open => self.ask_first(super::dialog::Then::Browse),

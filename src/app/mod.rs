@@ -12,6 +12,8 @@ mod clicks;
 mod colour;
 mod dialog;
 mod editor;
+mod ferguson;
+mod ferguson_canvas;
 mod files;
 #[cfg(test)]
 mod habits;

@@ -22,7 +22,13 @@ impl Editor {
         egui::TopBottomPanel::top("menu").show(ctx, |ui| self.menu(ui));
         egui::TopBottomPanel::bottom("status").show(ctx, |ui| self.status(ui));
         egui::SidePanel::left("tools").resizable(false).exact_width(214.0).show(ctx, |ui| {
-            egui::ScrollArea::vertical().show(ui, |ui| self.tools(ui));
+            egui::ScrollArea::vertical().show(ui, |ui| {
+                if self.gradient.is_some() {
+                    self.gradient_panel(ui)
+                } else {
+                    self.tools(ui)
+                }
+            });
         });
         if self.timing_open {
             egui::SidePanel::right("timing").resizable(false).exact_width(264.0).show(ctx, |ui| {
@@ -121,7 +127,7 @@ impl Editor {
                     (None, n) => format!("{n} selected"),
                 };
                 ui.weak(what);
-                if let Some(note) = self.model.notes.first() {
+                if let Some(note) = self.model.notes.first().filter(|_| self.gradient.is_none()) {
                     let more = self.model.notes.len() - 1;
                     let rest = if more > 0 { format!(" (and {more} more)") } else { String::new() };
                     ui.colored_label(ui.visuals().warn_fg_color, format!("{note}{rest}"));
@@ -323,7 +329,11 @@ impl Editor {
             self.fit_next = false;
         }
         if self.dialog.is_none() {
-            self.pointer(ui, &response);
+            if self.gradient.is_some() {
+                self.gradient_pointer(ui, &response);
+            } else {
+                self.pointer(ui, &response);
+            }
         }
         let painter = ui.painter_at(rect);
         let under = self.reference_shown(ui.ctx(), &painter);
@@ -334,9 +344,16 @@ impl Editor {
             // of twice the length are a fraction of a pixel off the curve.
             look.tess = TessRule::Pixels(2.0 * p);
         }
-        let drawn = match &mut self.renderer {
-            Some(renderer) => renderer.draw(&self.model, &view, &look),
-            None => Ok(None),
+        if let Some(gradient) = &mut self.gradient {
+            gradient.look(look.tess, view.unit, view.seen());
+        }
+        let drawn = match (&mut self.renderer, &self.gradient) {
+            (Some(renderer), Some(g)) => renderer.draw(g.table(), g.revision, |r| g.changed_since(r), &view, &look),
+            (Some(renderer), None) => {
+                let m = &self.model;
+                renderer.draw(&m.table, m.revision, |r| m.changed_since(r), &view, &look)
+            }
+            (None, _) => Ok(None),
         };
         match drawn {
             Ok(Some(texture)) => {
@@ -349,7 +366,10 @@ impl Editor {
             Err(e) => self.fail(e),
         }
         let pointer = response.hover_pos().or_else(|| response.interact_pointer_pos());
-        self.paint_over(&painter, pointer);
+        match &self.gradient {
+            Some(_) => self.paint_gradient(&painter),
+            None => self.paint_over(&painter, pointer),
+        }
     }
 
     fn reference_shown(&mut self, ctx: &Context, painter: &egui::Painter) -> bool {

@@ -1,9 +1,9 @@
 //! The scene in the window: drawn by the same pipelines as every picture, and shown as a texture.
 
 use super::view::View;
-use crate::edit::model::Model;
 use crate::gpu::{Canvas, DeviceTable, Format, Frame, FrameTimes, Gpu, GpuError, Pixels, Screen, Show};
 use crate::patch::tess::TessRule;
+use crate::patch::PatchTable;
 use egui::TextureId;
 use egui_ash::ImageRegistry;
 use std::time::{Duration, Instant};
@@ -63,32 +63,45 @@ impl Renderer {
         }
     }
 
-    /// Draws the model as the view shows it, unless the last picture is that very one, and returns its texture.
+    /// Draws anew whatever comes next: another scene, whose revisions count for themselves.
+    pub fn forget(&mut self) {
+        self.drawn = None;
+    }
+
+    /// Draws a table as the view shows it, unless the last picture is of that very revision, and returns its texture.
+    /// `changed_since`: which control points a revision has not; `None`: the whole table is another.
     ///
     /// # Errors
     /// As [`Gpu::update`] and [`Gpu::prepare`].
-    pub fn draw(&mut self, model: &Model, view: &View, look: &Look) -> Result<Option<TextureId>, GpuError> {
+    pub fn draw(
+        &mut self,
+        of: &PatchTable,
+        now: u64,
+        changed_since: impl Fn(u64) -> Option<Vec<u32>>,
+        view: &View,
+        look: &Look,
+    ) -> Result<Option<TextureId>, GpuError> {
         let frame = frame_of(view, look);
         if frame.width == 0 || frame.height == 0 {
             return Ok(None);
         }
-        if self.drawn.as_ref().is_some_and(|(revision, f)| *revision == model.revision && *f == frame) {
+        if self.drawn.as_ref().is_some_and(|(revision, f)| *revision == now && *f == frame) {
             return Ok(self.texture);
         }
         let mut upload = None;
-        if self.table.is_none() || self.drawn.as_ref().is_none_or(|(revision, _)| *revision != model.revision) {
+        if self.table.is_none() || self.drawn.as_ref().is_none_or(|(revision, _)| *revision != now) {
             let start = Instant::now();
-            let changed = self.drawn.as_ref().and_then(|(revision, _)| model.changed_since(*revision));
+            let changed = self.drawn.as_ref().and_then(|(revision, _)| changed_since(*revision));
             // Until it is drawn, nobody knows what is on the device.
             self.drawn = None;
             match &mut self.table {
                 Some(table) => match changed {
                     Some(changed) => {
-                        self.gpu.update_points(table, &model.table, &changed)?;
+                        self.gpu.update_points(table, of, &changed)?;
                     }
-                    None => self.gpu.update(table, &model.table)?,
+                    None => self.gpu.update(table, of)?,
                 },
-                None => self.table = Some(self.gpu.upload(&model.table)?),
+                None => self.table = Some(self.gpu.upload(of)?),
             }
             upload = Some(start.elapsed());
         }
@@ -117,7 +130,7 @@ impl Renderer {
         }
         self.canvas = Some(canvas);
         self.last = Drawn { upload, frame: times, prepare };
-        self.drawn = Some((model.revision, frame));
+        self.drawn = Some((now, frame));
         Ok(self.texture)
     }
 

@@ -200,7 +200,10 @@ impl Shell {
             schema: "gradtess.edit/1",
             file: self.editor.file.clone(),
             unsaved: self.editor.unsaved(),
-            steps: self.editor.history.labels().0.len(),
+            steps: match &self.editor.gradient {
+                Some(gradient) => gradient.steps(),
+                None => self.editor.history.labels().0.len(),
+            },
             message: self.editor.message.as_ref().map(|m| m.text.clone()),
             dragged: self.editor.dragged.clone(),
             edit_frames: self.edits.len(),
