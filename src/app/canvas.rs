@@ -85,7 +85,8 @@ impl Editor {
         if pressed && canvas.hovered() {
             self.press(at, pos, modifiers.shift);
         }
-        if down {
+        // The last move and the release may come in one frame.
+        if down || released {
             self.drag(at);
         }
         if released {

@@ -105,6 +105,26 @@ impl Drop for Folder {
 }
 
 #[test]
+fn a_move_that_comes_in_one_frame_with_the_release_counts() {
+    let mut seat = Seat::new(Editor::fresh("grid:3x2"), None);
+    let id = seat.ids(Kind::Input)[5];
+    let (from, way) = (seat.at(id), DVec2::splat(20.0 * seat.editor.view.unit));
+    seat.click(from);
+    seat.click(from);
+    assert!(seat.editor.selection.contains(&id));
+    seat.act(Action::Aim(from.into()));
+    seat.act(Action::Down(Button::Left));
+    let (view, mut events) = (seat.editor.view, Vec::new());
+    for action in [Action::Aim((from + way).into()), Action::Up(Button::Left)] {
+        seat.keyboard.events(&action, |[x, y]| view.to_window(DVec2::new(x, y)), &mut events);
+    }
+    seat.frame(events, vec![]);
+    let size = size_of(&seat.editor.model.scene);
+    // Where a pointer stands is single precision.
+    assert!(seat.at(id).distance(from + way) < 1e-4 * size, "{} not {}", seat.at(id), from + way);
+}
+
+#[test]
 fn arrows_move_by_pixels_and_everything_that_is_selected() {
     let mut seat = Seat::new(Editor::fresh("grid:3x2"), None);
     let all = seat.ids(Kind::Input);
