@@ -159,7 +159,7 @@ impl Editor {
             gradient.held = gradient.selected.map(|pick| (pick, gradient.place(pick) - at));
         }
         let mut failed = None;
-        if let (true, Some((pick, offset))) = (down, gradient.held) {
+        if let (true, Some((pick, offset))) = (down || released, gradient.held) {
             let to = at + offset;
             let far = self.view.to_window(gradient.place(pick)).distance(self.view.to_window(to));
             // A click is no drag.
