@@ -382,3 +382,49 @@ impl Gradient {
         found
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drag_is_one_step_and_steps_go_back_and_forth_exactly() {
+        let mesh = Mesh::grid(2, 2, [0.0, 0.0, 1.0, 1.0], |i, j| DVec4::new(f64::from(i), f64::from(j), 0.0, 1.0));
+        let mut g = Gradient::new(mesh.unwrap());
+        let written = |g: &Gradient| crate::scene::ferguson::write(&g.mesh);
+        let mut states = vec![written(&g)];
+        let (p, u, v) = g.patch_at(DVec2::new(0.2, 0.3)).unwrap();
+        assert!((u - 0.4).abs() < 1e-9 && (v - 0.6).abs() < 1e-9, "{p} {u} {v}");
+        g.act(Op::Split(p, Axis::U, u)).unwrap();
+        states.push(written(&g));
+        let middle = g.at(DVec2::splat(0.5), 0.01).unwrap();
+        for k in 1..5 {
+            let to = DVec2::splat(0.5 + 0.02 * f64::from(k));
+            g.during(g.moving(middle, to).unwrap()).unwrap();
+        }
+        g.commit();
+        states.push(written(&g));
+        assert_eq!(g.steps(), 2);
+        let Pick::Point(point) = middle else { panic!("{middle:?}") };
+        assert_eq!(g.mesh.at(point), DVec2::splat(0.58));
+        let corner = g.mesh.points[point as usize].corners[0];
+        g.act(Op::Sector(corner, DVec4::ONE)).unwrap();
+        states.push(written(&g));
+        g.saved();
+        for k in (0..3).rev() {
+            g.step(false).unwrap();
+            assert!(written(&g) == states[k] && g.unsaved());
+        }
+        assert!(g.step(false).is_none());
+        for state in &states[1..] {
+            g.step(true).unwrap();
+            assert!(written(&g) == *state);
+        }
+        assert!(!g.unsaved() && g.step(true).is_none());
+        // The inner point of a twist goes where it is put.
+        let twist = Pick::Twist(HalfEdge::new(1, 1));
+        let to = g.place(twist) + DVec2::new(0.01, 0.02);
+        g.act(g.moving(twist, to).unwrap()).unwrap();
+        assert!(g.place(twist).distance(to) < 1e-12);
+    }
+}
