@@ -181,8 +181,7 @@ fn at_twice_the_scale_the_whole_window_is_painted_and_clicks_land_where_they_aim
             std::thread::sleep(Duration::from_millis(120));
             client.pointer(6, 0, place(from + step * f64::from(k) / 4.0));
         }
-        // A frame of its own for the last move, however slow frames are: one that comes with the release is not followed.
-        std::thread::sleep(Duration::from_millis(1500));
+        std::thread::sleep(Duration::from_millis(120));
         client.pointer(5, 1, [0, 0]);
         client.changed();
         // A click on nothing takes the selection's outline away.

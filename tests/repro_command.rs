@@ -33,7 +33,7 @@ fn repro(folder: &Path, flags: &[&str]) -> String {
 #[test]
 fn figures_have_the_numbers_that_the_paper_says_and_are_kept() {
     let folder = Folder::new("numbers");
-    repro(&folder.0, &["--only", "zhhk22-fig4,zhhk22-fig6,zhhk22-fig7,fig11"]);
+    repro(&folder.0, &["--only", "zhhk22-fig4,zhhk22-fig6,zhhk22-fig7,zhhk22-fig11"]);
 
     // 4.1: the non-quad and its six neighbours, seven faces, are refined.
     let faces = folder.table("zhhk22-fig7/faces.csv");

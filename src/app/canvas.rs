@@ -10,7 +10,7 @@ use crate::edit::overlay::{input_edge, Handle};
 use crate::edit::paint;
 use crate::edit::together::Together;
 use crate::subdiv::index_map::IndexMap;
-use egui::{Key, PointerButton, Pos2, Response, Ui};
+use egui::{Event, InputState, Key, PointerButton, Pos2, Response, Ui};
 use glam::{DVec2, DVec4};
 use std::collections::{HashMap, HashSet};
 
@@ -53,6 +53,15 @@ impl Held {
     }
 }
 
+/// Where the pointer's first button was let go in this frame: on a slow machine the last move before and the first one
+/// after it may come in the same frame.
+pub(super) fn released_at(input: &InputState) -> Option<Pos2> {
+    input.events.iter().rev().find_map(|event| match *event {
+        Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } => Some(pos),
+        _ => None,
+    })
+}
+
 impl Editor {
     /// Takes the pointer's and the wheel's part of a frame.
     pub fn pointer(&mut self, ui: &Ui, canvas: &Response) {
@@ -62,7 +71,7 @@ impl Editor {
                 i.pointer.interact_pos(),
                 i.pointer.primary_down(),
                 i.pointer.button_pressed(PointerButton::Primary),
-                i.pointer.button_released(PointerButton::Primary),
+                released_at(i),
                 i.modifiers,
                 i.pointer.button_down(PointerButton::Middle),
                 i.key_down(Key::Space),
@@ -79,18 +88,18 @@ impl Editor {
             return;
         }
         let at = self.view.to_model(pos);
-        if !down && !released {
+        if !down && released.is_none() {
             self.hover(pos, over);
         }
         if pressed && canvas.hovered() {
             self.press(at, pos, modifiers.shift);
         }
-        // The last move and the release may come in one frame.
-        if down || released {
+        if let Some(pos) = released {
+            let at = self.view.to_model(pos);
             self.drag(at);
-        }
-        if released {
             self.release(at, modifiers.shift);
+        } else if down {
+            self.drag(at);
         }
     }
 
@@ -102,7 +111,7 @@ impl Editor {
         let (pos, turns, alt, pinch) = ui.input(|i| {
             let mut turns = 0.0;
             for event in &i.events {
-                if let egui::Event::MouseWheel { unit, delta, .. } = event {
+                if let Event::MouseWheel { unit, delta, .. } = event {
                     let step = if *unit == egui::MouseWheelUnit::Point { 1.0 / 50.0 } else { 1.0 };
                     turns += (delta.y + delta.x) * step;
                 }

@@ -1,6 +1,6 @@
 //! A gradient mesh on the canvas: the pointer, its keys, its panel, and what is drawn over it.
 
-use super::canvas::REACH;
+use super::canvas::{released_at, REACH};
 use super::editor::Editor;
 use super::ferguson::{Gradient, Op, Pick};
 use super::overlay::colour32;
@@ -121,7 +121,7 @@ impl Editor {
                 i.pointer.interact_pos(),
                 i.pointer.primary_down(),
                 i.pointer.button_pressed(PointerButton::Primary),
-                i.pointer.button_released(PointerButton::Primary),
+                released_at(i),
                 i.pointer.button_down(PointerButton::Middle),
                 i.key_down(Key::Space),
                 i.pointer.delta(),
@@ -159,15 +159,15 @@ impl Editor {
             gradient.held = gradient.selected.map(|pick| (pick, gradient.place(pick) - at));
         }
         let mut failed = None;
-        if let (true, Some((pick, offset))) = (down || released, gradient.held) {
-            let to = at + offset;
+        if let (true, Some((pick, offset))) = (down || released.is_some(), gradient.held) {
+            let to = released.map_or(at, |pos| self.view.to_model(pos)) + offset;
             let far = self.view.to_window(gradient.place(pick)).distance(self.view.to_window(to));
             // A click is no drag.
             if far >= 0.5 {
                 failed = gradient.drag(pick, to).err();
             }
         }
-        if released {
+        if released.is_some() {
             gradient.held = None;
             gradient.commit();
         }

@@ -105,7 +105,7 @@ impl Drop for Folder {
 }
 
 #[test]
-fn a_move_that_comes_in_one_frame_with_the_release_counts() {
+fn moves_that_come_in_one_frame_with_the_release_count_up_to_it() {
     let mut seat = Seat::new(Editor::fresh("grid:3x2"), None);
     let id = seat.ids(Kind::Input)[5];
     let (from, way) = (seat.at(id), DVec2::splat(20.0 * seat.editor.view.unit));
@@ -115,7 +115,7 @@ fn a_move_that_comes_in_one_frame_with_the_release_counts() {
     seat.act(Action::Aim(from.into()));
     seat.act(Action::Down(Button::Left));
     let (view, mut events) = (seat.editor.view, Vec::new());
-    for action in [Action::Aim((from + way).into()), Action::Up(Button::Left)] {
+    for action in [Action::Aim((from + way).into()), Action::Up(Button::Left), Action::Aim((from - way).into())] {
         seat.keyboard.events(&action, |[x, y]| view.to_window(DVec2::new(x, y)), &mut events);
     }
     seat.frame(events, vec![]);
