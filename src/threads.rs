@@ -11,8 +11,9 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// Items (faces, half-edges, points) for which another core is worth waking: some 100 us of work.
-pub const LEAST: usize = 1024;
+/// Items (faces, half-edges, points) for which another core is worth waking. Measured on two cores: with an eighth of it,
+/// scenes of 1,400 to 8,000 patches took 1.4 to 1.8 times as long as on one core.
+pub const LEAST: usize = 8192;
 
 /// Most pieces.
 pub const MOST: usize = 250;
