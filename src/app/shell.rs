@@ -4,16 +4,20 @@
 //! out. The editor's own widgets run in a context of their own, so that a script can be their mouse, keyboard and clock
 //! while nothing else changes: same queue, same frames, same picture.
 
+mod replay;
+
+pub use replay::Replay;
+
 use super::dialog::Then;
 use super::editor::{Dragged, Editor};
-use super::script::{self, Action, Keyboard, Timed};
+use super::script::{self, Action};
 use super::timing;
 use crate::gpu::{CloseButton, GpuError, Outcome};
 use egui::{ClippedPrimitive, Context, RawInput, TextureId};
 use egui_ash::{event, winit, EguiCommand, ExitSignal, HandleRedraw};
 use serde::Serialize;
 use std::cell::RefCell;
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -62,44 +66,6 @@ pub struct Report {
     pub refine_share: Option<f64>,
     /// Where that time goes: medians of the stages of the frames that showed an edit, ms.
     pub stages_ms: BTreeMap<&'static str, f64>,
-}
-
-/// A script that is replayed.
-pub struct Replay {
-    /// What is left of it.
-    pub waiting: VecDeque<Timed>,
-    /// Real seconds a second of the script; 0: as fast as it goes.
-    pub pace: f64,
-    /// Where screenshots go.
-    pub folder: PathBuf,
-    /// Whether the window closes at the end.
-    pub ends: bool,
-    keyboard: Keyboard,
-    begun: Option<Instant>,
-    now: f64,
-    settle: u32,
-    wait_until: Option<Instant>,
-    shot: Option<String>,
-    shooting: bool,
-}
-
-impl Replay {
-    /// From the beginning.
-    pub fn new(script: Vec<Timed>, pace: f64, folder: PathBuf, ends: bool) -> Replay {
-        Replay {
-            waiting: script.into(),
-            pace,
-            folder,
-            ends,
-            keyboard: Keyboard::default(),
-            begun: None,
-            now: 0.0,
-            settle: SETTLING,
-            wait_until: None,
-            shot: None,
-            shooting: false,
-        }
-    }
 }
 
 /// A recording.
@@ -296,81 +262,6 @@ impl Shell {
         Some(raw)
     }
 
-    /// Puts the script in place of the window's own input; `None`: nothing happens yet.
-    fn scripted(&mut self, outer: &Context, mut raw: RawInput) -> Option<RawInput> {
-        let view = self.editor.view;
-        let replay = self.replay.as_mut()?;
-        raw.events.clear();
-        raw.dropped_files.clear();
-        raw.hovered_files.clear();
-        raw.focused = true;
-        let begun = *replay.begun.get_or_insert_with(Instant::now);
-        if replay.wait_until.is_some_and(|t| Instant::now() < t) {
-            return None;
-        }
-        replay.wait_until = None;
-        if replay.shot.is_some() {
-            // Until the picture is written.
-            replay.shooting = replay.settle == 0;
-            replay.settle = replay.settle.saturating_sub(1);
-        } else if replay.settle > 0 {
-            replay.settle -= 1;
-        } else if let Some(next) = replay.waiting.front() {
-            let at = next.at;
-            if replay.pace > 0.0 && begun.elapsed().as_secs_f64() < at * replay.pace {
-                return None;
-            }
-            replay.now = replay.now.max(at);
-            while replay.waiting.front().is_some_and(|n| n.at == at) {
-                let Some(Timed { action, .. }) = replay.waiting.pop_front() else { break };
-                let alone = !replay.keyboard_takes(&action, view, &mut raw);
-                if alone {
-                    self.do_alone(outer, action);
-                    break;
-                }
-            }
-        } else if replay.ends {
-            self.finish(None);
-            return None;
-        } else {
-            // From here on a person has the window.
-            self.replay = None;
-            self.inner.style_mut(|style| style.animation_time = egui::Style::default().animation_time);
-            return None;
-        }
-        let replay = self.replay.as_ref()?;
-        raw.modifiers = replay.keyboard.held();
-        raw.time = Some(replay.now);
-        raw.predicted_dt = 1.0 / 60.0;
-        Some(raw)
-    }
-
-    /// Actions that are no input but happen to the window.
-    fn do_alone(&mut self, outer: &Context, action: Action) {
-        let Some(replay) = &mut self.replay else { return };
-        replay.settle = SETTLING;
-        match action {
-            Action::Screenshot(name) => replay.shot = Some(name),
-            Action::Wait(seconds) => {
-                replay.wait_until = Some(Instant::now() + Duration::from_secs_f64(seconds.clamp(0.0, 3600.0)));
-            }
-            Action::Resize([w, h]) => {
-                let size = egui::vec2(w.clamp(64.0, 16384.0), h.clamp(64.0, 16384.0));
-                let scale = self.native_scale / outer.pixels_per_point();
-                outer.send_viewport_cmd(egui::ViewportCommand::InnerSize(size * scale));
-                // Until the window has it.
-                replay.wait_until = Some(Instant::now() + Duration::from_millis(150));
-            }
-            Action::Minimise(on) => {
-                outer.send_viewport_cmd(egui::ViewportCommand::Minimized(on));
-                replay.wait_until = Some(Instant::now() + Duration::from_millis(100));
-            }
-            Action::Suspend(on) => self.suspend(on),
-            Action::Close(_) => self.editor.ask_first(Then::Quit),
-            _ => {}
-        }
-    }
-
     fn suspend(&mut self, on: bool) {
         if let Some(renderer) = &mut self.editor.renderer {
             renderer.screen.suspend(on);
@@ -498,30 +389,6 @@ impl Shell {
             outer.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
         }
-    }
-}
-
-impl Replay {
-    /// Adds an action to the input; `false`: it is none, but something that happens to the window.
-    fn keyboard_takes(&mut self, action: &Action, view: super::view::View, raw: &mut RawInput) -> bool {
-        match action {
-            Action::Screenshot(_)
-            | Action::Wait(_)
-            | Action::Resize(_)
-            | Action::Minimise(_)
-            | Action::Suspend(_)
-            | Action::Close(_) => {
-                return false;
-            }
-            Action::Drop(path) => raw
-                .dropped_files
-                .push(egui::DroppedFile { path: Some(PathBuf::from(path)), ..egui::DroppedFile::default() }),
-            action => {
-                let aim = |[x, y]: [f64; 2]| view.to_window(glam::DVec2::new(x, y));
-                self.keyboard.events(action, aim, &mut raw.events);
-            }
-        }
-        true
     }
 }
 

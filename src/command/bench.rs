@@ -15,7 +15,7 @@ use super::open::Subject as Opened;
 use super::picture::{bounds, fit, size, view};
 use super::surface::flags::SurfaceFlags;
 use super::surface::open::Surface;
-use super::{print, print_json, Failure, Global};
+use super::{print, print_json, silent, Failure, Global};
 use crate::gpu::{Format, Frame, Gpu, Show};
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
@@ -155,9 +155,7 @@ impl Bench {
         std::fs::create_dir_all(folder).map_err(|e| Failure::machine(format_args!("{}: {e}", folder.display())))?;
         let mut writer = Writer::new(folder, protocol.clone(), &gpu, global, &groups)?;
         self.measure(&mut groups, &protocol, &gpu, global, &mut writer)?;
-        if let Some(m) = gpu.messages().first() {
-            return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-        }
+        silent(&gpu)?;
         let document = writer.document(&groups);
         if global.json {
             return print_json(&report::result(folder, &document, &groups));

@@ -10,7 +10,7 @@ use super::pattern::flags::{level as pattern_level, PatternFlags};
 use super::picture::{bounds, PictureFlags};
 use super::surface::flags::SurfaceFlags;
 use super::surface::open::Surface;
-use super::{ferguson, print, print_json, Failure, Global, Refining};
+use super::{ferguson, print, print_json, silent, Failure, Global, Refining};
 use crate::check::cracks::OutlineEdge;
 use crate::check::folds::folds;
 use crate::check::seams::seams;
@@ -209,9 +209,7 @@ impl Check {
         let bar = bar(views.len(), global);
         let report = ferguson::check::run(mesh, &gpu, &views, size, &bar)?;
         bar.finish_and_clear();
-        if let Some(m) = gpu.messages().first() {
-            return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-        }
+        silent(&gpu)?;
         if global.json {
             print_json(&report)?;
         } else if !global.quiet {
@@ -287,9 +285,7 @@ impl Check {
             bar.inc(1);
         }
         bar.finish_and_clear();
-        if let Some(m) = gpu.messages().first() {
-            return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-        }
+        silent(&gpu)?;
         if global.json {
             print_json(&report)?;
         } else if !global.quiet {

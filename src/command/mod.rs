@@ -187,6 +187,14 @@ pub struct Failure {
     message: String,
 }
 
+/// Fails with the first message of the validation layer.
+fn silent(gpu: &crate::gpu::Gpu) -> Result<(), Failure> {
+    match gpu.messages().first() {
+        Some(m) => Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text))),
+        None => Ok(()),
+    }
+}
+
 impl Failure {
     fn machine(message: impl Display) -> Failure {
         Failure { status: 1, message: message.to_string() }

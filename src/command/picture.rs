@@ -1,8 +1,9 @@
 //! Flags that say what picture to draw.
 
-use super::{Failure, Refining, TransitionsFlag};
+use super::{silent, Failure, Refining, TransitionsFlag};
 use crate::camera::{Camera, Projection};
-use crate::gpu::{Format, Frame, Show};
+use crate::gpu::{Format, Frame, Gpu, Show};
+use crate::image::Picture;
 use crate::patch::eval::{side_points, sides};
 use crate::patch::remap::Transitions;
 use crate::patch::solid::Segments;
@@ -10,6 +11,7 @@ use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use clap::Args;
 use glam::DVec3;
+use std::path::Path;
 
 /// What part of a scene is drawn, how large and how finely: the same flags for every command that draws.
 #[derive(Args, Clone, Debug)]
@@ -334,6 +336,13 @@ pub fn fit(bounds: [f64; 4], [w, h]: [u32; 2]) -> Result<[f64; 4], Failure> {
             "the scene's coordinates are too large or too close together to draw; scale them to moderate numbers",
         ))
     }
+}
+
+/// Writes a picture with what made it, unless the validation layer has something to say of it.
+pub fn deliver(picture: &Picture, output: &Path, gpu: &Gpu) -> Result<(), Failure> {
+    silent(gpu)?;
+    let software = concat!("gradtess ", env!("CARGO_PKG_VERSION"));
+    Ok(picture.write_png(output, &[("Software", software), ("Comment", &gpu.device().driver)])?)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::ferguson::open::refuse;
 use super::measure::{measure, ErrorReport};
 use super::open::{self, Subject};
 use super::pattern::flags::{level as pattern_level, PatternFlags};
-use super::picture::{background, PictureFlags};
+use super::picture::{background, deliver, PictureFlags};
 use super::surface::flags::SurfaceFlags;
 use super::surface::render::{Canvas, Look};
 use super::{ferguson, print, print_json, surface, Failure, Global};
@@ -268,14 +268,7 @@ impl Render {
             }
             _ => (drawn.pixels.into_picture(drawn.width, drawn.height), None),
         };
-        let driver = gpu.device().driver.clone();
-        picture.write_png(
-            &self.output,
-            &[("Software", concat!("gradtess ", env!("CARGO_PKG_VERSION"))), ("Comment", &driver)],
-        )?;
-        if let Some(m) = gpu.messages().first() {
-            return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-        }
+        deliver(&picture, &self.output, &gpu)?;
         let ms = |ns: u64| open::milliseconds(ns.into());
         let result = Report {
             schema: "gradtess.render/1",

@@ -2,7 +2,7 @@
 
 use super::open::{target, Ferguson};
 use crate::command::picture::{bounds, fit};
-use crate::command::{Failure, Global};
+use crate::command::{silent, Failure, Global};
 use crate::ferguson::Mesh;
 use crate::gpu::{Format, Frame, Gpu, Show};
 use crate::patch::tess::TessRule;
@@ -116,9 +116,7 @@ pub fn drawing(
         statistics: false,
     };
     let picture = gpu.render(&uploaded, &frame)?.pixels.into_picture(size[0], size[1]);
-    if let Some(m) = gpu.messages().first() {
-        return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-    }
+    silent(&gpu)?;
     let grids = mesh.and_then(svg::grids);
     let none = Mesh::default();
     let text = svg::write(mesh.unwrap_or(&none), grids.as_deref(), &picture.png()?, view);

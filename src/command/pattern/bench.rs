@@ -7,7 +7,7 @@
 use super::flags::method_name;
 use super::render::bounds;
 use crate::camera::{Camera, Projection};
-use crate::command::{print, print_json, Failure, Global};
+use crate::command::{print, print_json, silent, Failure, Global};
 use crate::gpu::{Gpu, PatternFrame, PatternMethod, PatternScene as Drawn, PatternShow, PreparedPattern};
 use crate::pattern::{CoarseMesh, Control, Displacement, Evaluator, NormalField, RefinementPattern};
 use crate::scene::write_atomically;
@@ -117,9 +117,7 @@ pub fn run(request: &Request, global: &Global) -> Result<(), Failure> {
             write(request.folder, &report)?;
         }
     }
-    if let Some(m) = gpu.messages().first() {
-        return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-    }
+    silent(&gpu)?;
     if global.json {
         return print_json(&report);
     }

@@ -11,7 +11,7 @@ use super::render::{bounds, pattern};
 use super::twin::{compare, Twin};
 use crate::camera::{Camera, Projection};
 use crate::check::flight::background_inside;
-use crate::command::{print, print_json, Failure, Global};
+use crate::command::{print, print_json, silent, Failure, Global};
 use crate::gpu::{Gpu, PatternFrame, PatternMethod, PatternScene as Drawn, PatternShow};
 use crate::pattern::{CoarseMesh, Detail, NormalField};
 use crate::scene::pattern::PatternScene;
@@ -119,9 +119,7 @@ pub fn run(scene: &PatternScene, request: &Request, global: &Global) -> Result<(
     }
     let flight = request.fly.map(|frames| fly(&gpu, &drawn, &frame, frames)).transpose()?;
     let zoom = request.slow_zoom.map(|frames| zoom(&gpu, &drawn, &frame, frames)).transpose()?;
-    if let Some(m) = gpu.messages().first() {
-        return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-    }
+    silent(&gpu)?;
     let report = Report {
         schema: "gradtess.pattern_check/1",
         scene: &scene.name,

@@ -4,7 +4,7 @@ use super::flags::{evaluator_name, method_name};
 use super::open::controls;
 use crate::camera;
 use crate::command::open::milliseconds;
-use crate::command::picture::PictureFlags;
+use crate::command::picture::{deliver, PictureFlags};
 use crate::command::{print, print_json, Failure, Global};
 use crate::gpu::{Gpu, GpuTimes, PatternFrame, PatternMethod, PatternScene as Drawn, PatternShow};
 use crate::pattern::detail::{self, Scope, View};
@@ -127,11 +127,7 @@ pub fn run(scene: &PatternScene, canvas: &Canvas, global: &Global) -> Result<(),
     let prepared = gpu.prepare_pattern(&drawn, &frame)?;
     let times = prepared.run(true)?;
     let picture = prepared.pixels()?.into_picture(width, height);
-    if let Some(m) = gpu.messages().first() {
-        return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-    }
-    let software = concat!("gradtess ", env!("CARGO_PKG_VERSION"));
-    picture.write_png(canvas.output, &[("Software", software), ("Comment", &gpu.device().driver)])?;
+    deliver(&picture, canvas.output, &gpu)?;
     let lod = canvas.detail.map(|detail| LodReport::new(&detail, &controls, &frame));
     let each = if canvas.method == PatternMethod::Static { controls.len() } else { 1 };
     let result = Report {

@@ -8,7 +8,7 @@
 use super::flags::SurfaceFlags;
 use super::open::Surface;
 use crate::camera::{bounds, Camera, Projection};
-use crate::command::{print, print_json, Failure, Global};
+use crate::command::{print, print_json, silent, Failure, Global};
 use crate::gpu::{Gpu, SolidFrame, SolidNormals, SolidShow, Tessellation};
 use crate::patch::solid::{Part, Segments, SolidTable};
 use crate::scene::surface::SurfaceScene;
@@ -300,9 +300,7 @@ pub fn run(
         // What is done stays, should the rest be interrupted.
         write(request.folder, &report)?;
     }
-    if let Some(m) = gpu.messages().first() {
-        return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-    }
+    silent(&gpu)?;
     if global.json {
         return print_json(&report);
     }

@@ -4,7 +4,7 @@ use super::flags::{level, patch_level, NormalsFlag, SurfaceFlags};
 use super::open::Surface;
 use crate::camera::bounds;
 use crate::command::open::milliseconds;
-use crate::command::picture::PictureFlags;
+use crate::command::picture::{deliver, PictureFlags};
 use crate::command::{print, print_json, Failure, Global, Refining};
 use crate::gpu::{Gpu, GpuTimes, SolidFrame, SolidShow};
 use crate::patch::solid::{Primitive, SolidTable};
@@ -234,11 +234,7 @@ pub fn run(
     let prepared = gpu.prepare_solid(&made.table, &frame)?;
     let times = prepared.run(true)?;
     let picture = prepared.pixels()?.into_picture(width, height);
-    if let Some(m) = gpu.messages().first() {
-        return Err(Failure::machine(format_args!("the validation layer reports: {}: {}", m.id, m.text)));
-    }
-    let software = concat!("gradtess ", env!("CARGO_PKG_VERSION"));
-    picture.write_png(canvas.output, &[("Software", software), ("Comment", &gpu.device().driver)])?;
+    deliver(&picture, canvas.output, &gpu)?;
     let count = |kind| made.table.parts.iter().filter(|p| p.primitive == kind).map(|p| p.count as usize).sum::<usize>();
     let result = Report {
         schema: "gradtess.surface_render/1",
