@@ -71,7 +71,7 @@ fn levels_and_patches_do_not_depend_on_the_number_of_cores() {
 
 #[test]
 fn a_large_sheet_is_the_same_on_one_core_and_two() {
-    let mesh = gradtess::scene::shapes::builtin("grid:40x40").unwrap();
+    let mesh = gradtess::scene::shapes::builtin("grid:60x60").unwrap();
     let scene = gradtess::scene::Scene { mesh, ..Default::default() };
     let mesh = gradtess::mesh::build(&scene.mesh).unwrap();
     let make = || {
