@@ -114,8 +114,9 @@ impl Bench {
         if self.grid.is_some() {
             let request = super::pattern::bench::Request {
                 folder,
-                repeats: self.repeats.unwrap_or(5).max(1),
+                repeats: self.repeats.unwrap_or(if self.short { 5 } else { 9 }).max(1),
                 frames: self.frames.unwrap_or(3).max(1),
+                least: Duration::from_secs(if self.short { 0 } else { 1 }),
                 size: self.size.unwrap_or([640, 480]),
                 counts: if self.short { &[10] } else { &[10, 100, 1000] },
                 levels: if self.short { &[64] } else { &[64, 128] },

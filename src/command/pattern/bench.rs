@@ -1,7 +1,7 @@
 //! `gradtess bench --grid fig7`: frame rates and stored vertices of all draw methods, as BS05 Fig. 7.
 //!
-//! Every repeat draws a few frames of each method, the methods in an order of its own, so that what else the machine does
-//! meets all of them. Rates are frames over wall time, from recording to the fence; ratios are of one repeat, and of them
+//! Every repeat draws each method for a while, the methods in an order of its own, so that what else the machine does meets
+//! all of them. Rates are frames over wall time, from recording to the fence; ratios are of one repeat, and of them
 //! the median counts.
 
 use super::flags::method_name;
@@ -16,7 +16,7 @@ use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 const METHODS: [PatternMethod; 4] =
     [PatternMethod::Static, PatternMethod::Draws, PatternMethod::Instanced, PatternMethod::Hardware];
@@ -30,8 +30,10 @@ pub struct Request<'a> {
     pub folder: &'a Path,
     /// Interleaved repeats.
     pub repeats: u32,
-    /// Frames of each method in a repeat.
+    /// Frames of each method in a repeat, at least.
     pub frames: u32,
+    /// How long a repeat draws each method at least: a few short frames would measure what else goes on.
+    pub least: Duration,
     /// Pixels.
     pub size: [u32; 2],
     /// Numbers of coarse triangles.
@@ -66,7 +68,10 @@ struct Report {
     width: u32,
     height: u32,
     repeats: u32,
+    /// Of each method in a repeat, at least.
     frames: u32,
+    /// Time of each method in a repeat, at least.
+    least_s: f64,
     rows: Vec<Row>,
 }
 
@@ -108,6 +113,7 @@ pub fn run(request: &Request, global: &Global) -> Result<(), Failure> {
         height: request.size[1],
         repeats: request.repeats,
         frames: request.frames,
+        least_s: request.least.as_secs_f64(),
         rows: Vec::new(),
     };
     for &level in request.levels {
@@ -190,10 +196,12 @@ fn cell(gpu: &Gpu, request: &Request, level: u32, count: u32) -> Result<Vec<Row>
         for k in order {
             let (m, prepared) = &ready[k];
             let start = Instant::now();
-            for _ in 0..request.frames {
+            let mut frames = 0;
+            while frames < request.frames || start.elapsed() < request.least {
                 prepared.run(false)?;
+                frames += 1;
             }
-            rows[*m].fps.push(f64::from(request.frames) / start.elapsed().as_secs_f64());
+            rows[*m].fps.push(f64::from(frames) / start.elapsed().as_secs_f64());
         }
     }
     let baseline = rows[0].fps.clone();
@@ -229,12 +237,13 @@ fn write(folder: &Path, report: &Report) -> Result<(), Failure> {
 
 fn text(report: &Report) -> String {
     let mut out = format!(
-        "{}, {} x {}, {} interleaved repeats of {} frames\n{:>9} {:>9} {:>10} {:>10} {:>12} {:>10} {:>12}\n",
+        "{}, {} x {}, {} interleaved repeats of {} frames and {} s at least\n{:>9} {:>9} {:>10} {:>10} {:>12} {:>10} {:>12}\n",
         report.device,
         report.width,
         report.height,
         report.repeats,
         report.frames,
+        report.least_s,
         "grid",
         "triangles",
         "method",
