@@ -47,7 +47,7 @@ pub struct Bench {
     /// reported with its interval
     #[arg(long, value_name = "FLAGS", allow_hyphen_values = true)]
     pair: Option<String>,
-    /// Tessellate adaptive patches so that they just exceed the triangles of uniform subdivision; --tess is then that of
+    /// Tessellate adaptive patches so that they have the triangles of uniform subdivision or just exceed them; --tess is then that of
     /// uniform subdivision
     #[arg(long)]
     match_triangles: bool,

@@ -97,10 +97,10 @@ pub fn uniform(faces: u64, level: u32, rule: TessRule) -> Option<u64> {
     Some(faces * quad([full; 4], [full; 2]))
 }
 
-/// The least integer T such that T / 2^l at level l makes more than `wanted` triangles of `table`; `None` if no level can.
+/// The least integer T such that T / 2^l at level l makes at least `wanted` triangles of `table`; `None` if no level can.
 pub fn matching_base(table: &PatchTable, wanted: u64) -> Option<u32> {
     let deepest = table.ranges.iter().map(|range| range.level).max()?;
-    let enough = |t: u32| count(table, TessRule::Base(t as f32)).is_some_and(|n| n > wanted);
+    let enough = |t: u32| count(table, TessRule::Base(t as f32)).is_some_and(|n| n >= wanted);
     // The count never falls as T grows.
     let (mut low, mut high) = (0, (MAX_LEVEL as u32) << deepest.min(16));
     if !enough(high) {

@@ -280,7 +280,7 @@ impl Source for SubdivisionSource {
     }
 }
 
-/// The base level at which adaptive refinement just exceeds the triangles of uniform subdivision drawn by `rule`.
+/// The base level at which adaptive refinement has the triangles of uniform subdivision drawn by `rule`, or just exceeds them.
 fn matching(loaded: &Loaded, table: &PatchTable, config: &Config, rule: TessRule) -> Result<TessRule, Failure> {
     rule.check().map_err(Failure::input)?;
     let level = config.level().unwrap_or_else(|| loaded.global_level());
