@@ -115,3 +115,17 @@ fn darts_and_meeting_sharp_edges_are_drawn_within_a_twentieth_of_a_per_cent_and_
         }
     });
 }
+
+#[test]
+fn pixels_where_the_surface_folds_over_are_counted_apart_and_the_others_agree() {
+    with_gpu(|gpu| {
+        let isolated = Options { mode: Mode::Adaptive { isolate: 3 }, ..ADAPTIVE };
+        let (folded, _) = error(gpu, "unit/concave_face.json", isolated, |_| ());
+        // The two pictures show different layers somewhere, which is no error of the patches.
+        assert!(folded.folds.pixels > 20 && folded.folds.max > 1.0, "{:?}", folded.folds);
+        assert!(folded.all.pixels > 20 * folded.folds.pixels && folded.all.max < 0.02, "{:?}", folded.all);
+        for file in ["quad.json", "unit/sharp_edge.json", "unit/valence_6.json"] {
+            assert_eq!(error(gpu, file, ADAPTIVE, |_| ()).0.folds.pixels, 0, "{file}");
+        }
+    });
+}

@@ -234,11 +234,16 @@ pub fn orientations(zero: &Level) -> Vec<f64> {
 
 /// The face of M^0 that a drawn face lies in.
 pub fn base_face(zero: &Level, face: &Face) -> u32 {
-    if face.level == 0 {
-        face.name as u32
+    base_of_name(zero, face.level, face.name)
+}
+
+/// The face of M^0 that the face `name` of `level` lies in.
+pub fn base_of_name(zero: &Level, level: u32, name: u64) -> u32 {
+    if level == 0 {
+        name as u32
     } else {
         // A half-edge's slot is its number at level 0, and every level adds two bits.
-        zero.face_of((face.name >> (2 * (face.level - 1))) as u32)
+        zero.face_of((name >> (2 * (level - 1))) as u32)
     }
 }
 

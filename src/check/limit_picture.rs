@@ -7,6 +7,7 @@
 //! short; its error is of second order in the distance of a chord from its curve, a hundredth of a pixel or so.
 
 use super::exact::ExactFace;
+use super::folds::{base_of_name, orientations};
 use crate::patch::{ControlPoint, DrawRange, Kind, PatchTable};
 use crate::refine::{fate, Refinement};
 use glam::{DVec2, DVec4};
@@ -131,6 +132,34 @@ impl LimitPicture {
                     from = to;
                 }
             }
+        }
+    }
+
+    /// Visits the cells of the limit that are turned over, corners in order around: where they lie, the surface folds and
+    /// more than one of its layers covers a point. `refinement` is the one of [`LimitPicture::new`].
+    pub fn turned(&self, refinement: &Refinement, mut visit: impl FnMut([DVec2; 4])) {
+        let zero = &refinement.levels[0];
+        let orientations = orientations(zero);
+        let mut first = 0;
+        for (level, f, _) in &self.faces {
+            let n = (self.cells >> *level) as usize;
+            let name = refinement.levels[*level as usize].face[*f as usize];
+            let orientation = orientations[base_of_name(zero, *level, name) as usize];
+            let at = |i: usize, j: usize| {
+                let p = &self.table.control[first + j * (n + 1) + i];
+                DVec2::new(p[0], p[1])
+            };
+            for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
+                let cell = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                let turns = |k: usize| {
+                    let [a, b, c] = [0, 1, 3].map(|s| cell[(k + s) % 4]);
+                    orientation * (b - a).perp_dot(c - a) < 0.0
+                };
+                if (0..4).any(turns) {
+                    visit(cell);
+                }
+            }
+            first += (n + 1) * (n + 1);
         }
     }
 

@@ -15,6 +15,10 @@ use std::collections::HashMap;
 /// side of the edge such a pixel shows is not a matter of colour.
 pub const EDGE_PIXELS: f64 = 1.0;
 
+/// Cells of the limit that are turned over make pixels nearer than this a fold's: which of its layers such a pixel shows
+/// is a matter of the order of drawing.
+pub const FOLD_PIXELS: f64 = 1.0;
+
 /// What was drawn, and the limit beside it.
 pub struct Compared<'a> {
     /// Levels that the patches were made from.
@@ -70,6 +74,8 @@ pub struct PictureError {
     pub by_kind: [Distances; 2],
     /// Pixel (column, row) of the greatest distance, and what is there.
     pub worst: Option<([u32; 2], Place)>,
+    /// Over those where the limit folds over ([`FOLD_PIXELS`]), which are not among the others.
+    pub folds: Distances,
     /// Pixels left out as edges' own ([`EDGE_PIXELS`]).
     pub edges: usize,
     /// Pixels away from edges that only one of the two pictures covers.
@@ -104,11 +110,13 @@ impl Compared<'_> {
         let [width, height] = self.size;
         let scale = self.scale();
         let edges = self.edge_pixels(limit);
+        let folds = self.fold_pixels(limit);
         let names = Drawn::new(self.table);
         let mut error = PictureError {
             all: Distances::default(),
             by_kind: [Distances::default(); 2],
             worst: None,
+            folds: Distances::default(),
             edges: 0,
             coverage: 0,
             shift: 0.0,
@@ -134,6 +142,10 @@ impl Compared<'_> {
             let square: f64 = (0..3).map(|k| (shown(f64::from(a[k])) - shown(exact.colour[k])).powi(2)).sum();
             let percent = 100.0 * (square / 3.0).sqrt();
             error.map[i] = percent as f32;
+            if folds[i] {
+                error.folds.add(percent);
+                continue;
+            }
             let name = self.limit.levels[exact.level as usize].face[exact.face as usize];
             let there = locate(self.drawn, to_base(self.limit, exact.level, name, exact.uv));
             let face = names.at(self.drawn, there);
@@ -202,6 +214,26 @@ impl Compared<'_> {
             }
         }
         near
+    }
+
+    /// Pixels where the limit folds over. A point inside the outline is covered once more by faces that run as their component
+    /// does than by faces that are turned over, so several layers lie only where one of them is turned over.
+    fn fold_pixels(&self, limit: &LimitPicture) -> Vec<bool> {
+        let (width, height) = (f64::from(self.size[0]), f64::from(self.size[1]));
+        let mut folded = vec![false; (self.size[0] * self.size[1]) as usize];
+        limit.turned(self.limit, |cell| {
+            // Cells have a side of two pixels, so that their boxes say enough.
+            let corners = cell.map(|p| self.pixel(p));
+            let low = corners.into_iter().fold(DVec2::INFINITY, DVec2::min) - FOLD_PIXELS - 0.5;
+            let high = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max) + FOLD_PIXELS - 0.5;
+            let (low, high) = (low.ceil().max(DVec2::ZERO), high.floor().min(DVec2::new(width - 1.0, height - 1.0)));
+            for y in low.y as i64..=high.y as i64 {
+                for x in low.x as i64..=high.x as i64 {
+                    folded[y as usize * self.size[0] as usize + x as usize] = true;
+                }
+            }
+        });
+        folded
     }
 
     /// Edges of drawn faces on the boundary of the mesh or along sharp edges.

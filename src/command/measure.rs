@@ -55,6 +55,8 @@ pub struct ErrorReport {
     /// The same over pixels in bicubic and in Gregory faces: pixels, max, mean.
     pub bicubic: KindReport,
     pub gregory: KindReport,
+    /// The same where the limit folds over, which is not among the others: which layer a pixel shows is a matter of order.
+    pub folds: KindReport,
     /// Where the greatest colour distance is.
     pub worst: Option<PlaceReport>,
     /// Pixels of silhouettes and sharp edges, not compared.
@@ -141,6 +143,7 @@ impl ErrorReport {
             pixels: error.all.pixels,
             bicubic: kind(error.by_kind[0]),
             gregory: kind(error.by_kind[1]),
+            folds: kind(error.folds),
             worst: error.worst.as_ref().map(|(pixel, place)| PlaceReport::new(place, Some(*pixel), table)),
             edge_pixels: error.edges,
             coverage_pixels: error.coverage,
@@ -168,6 +171,12 @@ impl ErrorReport {
             self.gregory.pixels,
             self.shift_pixels
         );
+        if self.folds.pixels > 0 {
+            text += &format!(
+                "  where the surface folds over, counted apart: max {:.4} %, {} pixels\n",
+                self.folds.max_percent, self.folds.pixels
+            );
+        }
         if let Some(place) = &self.shift_at {
             text += &format!("    greatest at {}\n", place.text());
         }
