@@ -160,7 +160,7 @@
 //! | 8 real-time editing | [`ferguson::live`]: an edit costs what it touches |
 //! | 8 SVG 2, PDF | [`scene::svg`], [`vector`] |
 //! | App. A colour spaces, Fig. 18 | [`patch::space`], and Oklab; per sample on the GPU; `scenes/ferguson/colour_spaces.json` |
-//! | 5 a panel to edit these meshes in | [`app`]; `gradtess edit` |
+//! | 5 a panel to edit these meshes in | [`app`], [`mod@edit::gradient`]; `gradtess edit` |
 //!
 //! Departures: a T-section whose sides are coloured by hand keeps its colour (sharp), so every sector has a flag whether it
 //! inherits. Splits need not be dyadic; where they are not, segments along a curve differ in length. Where chains of

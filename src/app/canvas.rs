@@ -28,6 +28,8 @@ pub struct Hand {
     pub from: Option<DVec2>,
     /// Corners of the polygon that is being drawn.
     pub corners: Vec<DVec2>,
+    /// What the pointer holds of a gradient mesh, and from the pointer to it.
+    pub gradient: Option<(crate::edit::gradient::pick::Pick, DVec2)>,
     /// The polygon becomes a scene of its own.
     pub anew: bool,
     held: Option<Held>,

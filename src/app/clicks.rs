@@ -28,7 +28,7 @@ impl Seat {
     }
 
     /// Places of a text.
-    fn texts(&self, wanted: &str) -> Vec<Rect> {
+    pub fn texts(&self, wanted: &str) -> Vec<Rect> {
         self.places(|s| match s {
             Shape::Text(t) if t.galley.text() == wanted => Some(Rect::from_min_size(t.pos, t.galley.size())),
             _ => None,
@@ -36,14 +36,14 @@ impl Seat {
     }
 
     /// The one place of a text.
-    fn text(&self, wanted: &str) -> Pos2 {
+    pub fn text(&self, wanted: &str) -> Pos2 {
         let all = self.texts(wanted);
         assert_eq!(all.len(), 1, "{wanted}");
         all[0].center()
     }
 
     /// Texts that are numbers, painted right of `left` in the row of a place.
-    fn numbers(&self, row: Pos2) -> Vec<(f64, Pos2)> {
+    pub fn numbers(&self, row: Pos2) -> Vec<(f64, Pos2)> {
         let mut found = Vec::new();
         let mut all = Vec::new();
         self.painted.iter().for_each(|s| leaves(&s.shape, &mut all));
@@ -59,7 +59,7 @@ impl Seat {
     }
 
     /// Squares of a colour and of this many points.
-    fn squares(&self, colour: Color32, side: f32) -> Vec<Rect> {
+    pub fn squares(&self, colour: Color32, side: f32) -> Vec<Rect> {
         self.places(|s| match s {
             Shape::Rect(r) if r.fill == colour && (r.rect.size() - egui::Vec2::splat(side)).length() < 0.1 => {
                 Some(r.rect)
@@ -68,11 +68,11 @@ impl Seat {
         })
     }
 
-    fn point(&mut self, at: Pos2) {
+    pub fn point(&mut self, at: Pos2) {
         self.act(Action::Move([at.x, at.y]));
     }
 
-    fn press(&mut self, at: Pos2, button: Button) {
+    pub fn press(&mut self, at: Pos2, button: Button) {
         self.point(at);
         self.act(Action::Down(button));
         self.act(Action::Up(button));
@@ -80,12 +80,12 @@ impl Seat {
         self.frame(vec![], vec![]);
     }
 
-    fn press_text(&mut self, text: &str) {
+    pub fn press_text(&mut self, text: &str) {
         self.press(self.text(text), Button::Left);
     }
 
     /// Presses, moves in steps and lets go.
-    fn slide(&mut self, from: Pos2, by: f32) {
+    pub fn slide(&mut self, from: Pos2, by: f32) {
         self.point(from);
         self.act(Action::Down(Button::Left));
         (1..=4).for_each(|k| self.point(from + egui::vec2(by * k as f32 / 4.0, 0.0)));
@@ -94,7 +94,7 @@ impl Seat {
     }
 
     /// Types into the field at a place, in place of what is there.
-    fn type_into(&mut self, at: Pos2, text: &str) {
+    pub fn type_into(&mut self, at: Pos2, text: &str) {
         self.press(at, Button::Left);
         self.key("Ctrl+A");
         self.act(Action::Text(text.to_owned()));

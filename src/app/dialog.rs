@@ -2,8 +2,7 @@
 
 use super::editor::Editor;
 use super::files;
-use super::keys::{KEYS, POINTER};
-use crate::edit::journal::Restored;
+use crate::edit::{gradient, journal};
 use egui::{Context, Ui};
 use std::path::{Path, PathBuf};
 
@@ -52,18 +51,52 @@ pub enum Dialog {
     /// There are changes that are not saved.
     Unsaved(Then),
     /// A session that crashed has left something.
-    Restore(Box<Restored>),
+    Restore(Option<Box<LeftBehind>>),
     /// The file to be written exists.
     Overwrite(PathBuf, Option<Then>),
     /// The keyboard list.
     Keys,
 }
 
+/// What a session that crashed has left.
+pub enum LeftBehind {
+    /// A subdivision scene.
+    Scene(journal::Restored),
+    /// A gradient mesh.
+    Gradient(gradient::journal::Restored),
+}
+
+impl LeftBehind {
+    /// Reads a journal.
+    ///
+    /// # Errors
+    /// What is wrong, in one line.
+    pub fn read(path: &Path) -> Result<LeftBehind, String> {
+        if gradient::journal::is_one(path) {
+            return gradient::journal::restore(path).map(LeftBehind::Gradient);
+        }
+        journal::restore(path).map(LeftBehind::Scene)
+    }
+
+    /// The journal, the scene's file, and the steps read.
+    pub fn about(&self) -> (&Path, Option<&Path>, usize) {
+        match self {
+            LeftBehind::Scene(r) => (&r.path, r.file.as_deref(), r.steps),
+            LeftBehind::Gradient(r) => (&r.path, r.file.as_deref(), r.steps),
+        }
+    }
+}
+
 impl Dialog {
     /// A window that asks where to save.
     pub fn save(editor: &Editor) -> Dialog {
-        let name = editor.file.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned());
-        let name = name.unwrap_or_else(|| format!("{}.json", editor.model.scene.name));
+        let mut name = editor.title();
+        // Drawings are read, not written: their meshes go beside them.
+        if editor.file.is_none() {
+            name += ".json";
+        } else if editor.file_to_write().is_none() {
+            name = Path::new(&name).with_extension("json").to_string_lossy().into_owned();
+        }
         Dialog::Browse { wanted: Wanted::Save, folder: start_folder(editor), name, then: None }
     }
 
@@ -101,10 +134,15 @@ impl Editor {
 
     /// Writes the file, or asks for its name.
     pub fn save_or_ask(&mut self) {
-        match self.file.clone() {
+        match self.file_to_write() {
             Some(file) => drop(self.save(&file)),
             None => self.dialog = Some(Dialog::save(self)),
         }
+    }
+
+    /// The scene's file, if the scene can be written to it.
+    fn file_to_write(&self) -> Option<PathBuf> {
+        self.file.clone().filter(|file| self.gradient.is_none() || super::gradient::is_json(file))
     }
 
     /// A file was dropped on the window.
@@ -192,35 +230,31 @@ impl Editor {
                 });
                 stays
             }
-            Dialog::Restore(restored) => {
-                let what = restored.file.as_deref().map_or("an unsaved scene".into(), |f| f.display().to_string());
+            Dialog::Restore(left) => {
+                let Some(restored) = left else { return false };
+                let (path, file, steps) = restored.about();
+                let what = file.map_or("an unsaved scene".into(), |f| f.display().to_string());
                 ui.label(format!("A session of {what} ended without saving."));
-                ui.label(format!("Its journal holds {} steps.", restored.steps));
+                ui.label(format!("Its journal holds {steps} steps."));
                 let (mut restore, mut discard, mut later) = (false, false, false);
                 ui.horizontal(|ui| {
                     restore = ui.button("Restore").clicked() || ui.input(|i| i.key_pressed(egui::Key::Enter));
                     discard = ui.button("Discard").clicked();
                     later = ui.button("Later").clicked();
                 });
-                if restore {
-                    let taken = Restored {
-                        path: restored.path.clone(),
-                        file: restored.file.take(),
-                        scene: std::mem::take(&mut restored.scene),
-                        history: std::mem::take(&mut restored.history),
-                        steps: restored.steps,
-                    };
-                    self.resume(taken);
-                }
                 if discard {
-                    let _ = std::fs::remove_file(&restored.path);
+                    let _ = std::fs::remove_file(path);
+                }
+                if restore {
+                    if let Some(restored) = left.take() {
+                        self.resume(*restored);
+                    }
                 }
                 !(restore || discard || later)
             }
             Dialog::Keys => {
                 egui::Grid::new("keys").num_columns(2).spacing([24.0, 3.0]).show(ui, |ui| {
-                    let listed = KEYS.iter().filter(|b| !b.name.is_empty()).map(|b| (b.name, b.what));
-                    for (name, what) in listed.chain(POINTER.iter().copied()) {
+                    for (name, what) in super::keys::listed(self.gradient.is_some()) {
                         ui.strong(name);
                         ui.label(what);
                         ui.end_row();
@@ -237,7 +271,7 @@ impl Editor {
         ui.horizontal(|ui| {
             let enter = ui.input(|i| i.key_pressed(egui::Key::Enter));
             if ui.button("Save").on_hover_text("Enter").clicked() || enter {
-                match self.file.clone() {
+                match self.file_to_write() {
                     Some(file) => {
                         if self.save(&file) {
                             self.go_on(then.clone());
@@ -264,7 +298,7 @@ impl Editor {
     }
 
     fn new_scene(&mut self, ui: &mut Ui, count: &mut [u32; 2]) -> bool {
-        let mut chosen = None;
+        let (mut chosen, mut patches) = (None, false);
         ui.horizontal(|ui| {
             for name in ["triangle", "quad", "pentagon", "hexagon"] {
                 if ui.button(name).clicked() {
@@ -296,7 +330,12 @@ impl Editor {
             if ui.button("fan").clicked() {
                 chosen = Some(format!("fan:{}", w.max(3)));
             }
+            patches = ui.button("patches").on_hover_text("a gradient mesh of bicubic patches (BLHK18)").clicked();
         });
+        if patches {
+            self.new_gradient(*count);
+            return false;
+        }
         match chosen {
             Some(name) => {
                 self.take(Editor::fresh(&name), None);
@@ -314,7 +353,7 @@ impl Editor {
         name: &mut String,
         then: &mut Option<Then>,
     ) -> bool {
-        let extensions: &[&str] = if wanted == Wanted::Reference { &["png"] } else { &["json", "obj"] };
+        let extensions: &[&str] = if wanted == Wanted::Reference { &["png"] } else { &["json", "obj", "svg"] };
         let (folders, names) = files::list(folder, extensions);
         ui.label(folder.display().to_string());
         let mut enter = None;
@@ -379,6 +418,9 @@ impl Editor {
     /// Name for the window and for questions.
     pub fn title(&self) -> String {
         let file = self.file.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned());
-        file.unwrap_or_else(|| self.model.scene.name.clone())
+        file.unwrap_or_else(|| match &self.gradient {
+            Some(gradient) => gradient.mesh.name.clone(),
+            None => self.model.scene.name.clone(),
+        })
     }
 }

@@ -104,7 +104,7 @@ pub struct Editor {
     /// The scene and what follows from it.
     pub model: Model,
     /// A gradient mesh in place of the model.
-    pub gradient: Option<super::ferguson::Gradient>,
+    pub gradient: Option<crate::edit::gradient::Gradient>,
     /// Where it was read from or written to.
     pub file: Option<PathBuf>,
     /// Its steps.
@@ -222,14 +222,16 @@ impl Editor {
 
     /// A scene of polygons with mild colours.
     pub fn coloured(mesh: crate::scene::InputMesh) -> Scene {
-        let shades = [[0.96, 0.84, 0.62], [0.91, 0.42, 0.36], [0.16, 0.6, 0.58], [0.55, 0.75, 0.9]];
-        let colour = |v: u32| {
-            let [r, g, b] = shades[v as usize % 4];
-            DVec4::new(r, g, b, 1.0)
-        };
         let ends = crate::scene::numbering::ends(&mesh);
-        let corner_colours = ends.iter().map(|&(origin, _)| colour(origin)).collect();
+        let corner_colours = ends.iter().map(|&(origin, _)| Editor::shade(origin)).collect();
         Scene { name: "untitled".to_owned(), mesh, corner_colours, ..Scene::default() }
+    }
+
+    /// One of four mild colours.
+    pub fn shade(v: u32) -> DVec4 {
+        let shades = [[0.96, 0.84, 0.62], [0.91, 0.42, 0.36], [0.16, 0.6, 0.58], [0.55, 0.75, 0.9]];
+        let [r, g, b] = shades[v as usize % 4];
+        DVec4::new(r, g, b, 1.0)
     }
 
     // Messages.
@@ -318,6 +320,9 @@ impl Editor {
 
     /// Gives the gesture up: the scene is as before it.
     pub fn cancel(&mut self) {
+        if let Some(gradient) = &mut self.gradient {
+            gradient.cancel();
+        }
         if let Some(gesture) = self.gesture.take() {
             if let Err(e) = self.model.set(gesture.before) {
                 self.fail(e);
@@ -372,6 +377,12 @@ impl Editor {
 
     /// What is to be done from time to time: the journal of a gesture that goes on.
     pub fn tick(&mut self) {
+        if let Some(gradient) = &mut self.gradient {
+            if let Err(e) = gradient.keep_journal(self.file.as_deref(), self.state.as_deref()) {
+                self.fail(format_args!("the journal cannot be written ({e}); save soon"));
+            }
+            return;
+        }
         let Some(gesture) = &mut self.gesture else { return };
         if gesture.written.elapsed() < LIVE {
             return;

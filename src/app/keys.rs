@@ -154,6 +154,30 @@ pub const POINTER: &[(&str, &str)] = &[
     ("middle drag, Space+drag", "pan"),
 ];
 
+/// What is otherwise with gradient meshes, for the same list.
+pub const GRADIENT: &[(&str, &str)] = &[
+    ("U, V", "split the patch under the pointer along u, v"),
+    ("Delete", "remove the split whose curve is selected"),
+    ("C", "handles mirror each other (C1), or are free (C0)"),
+    ("W", "show twists"),
+    ("click", "select a point and its sectors, a handle, a twist or a curve"),
+    ("drag", "move a point, a handle or a twist"),
+];
+
+/// The lines of the keyboard list, for gradient meshes or for subdivision meshes.
+pub fn listed(gradient: bool) -> Vec<(&'static str, &'static str)> {
+    let keys = KEYS.iter().filter(|b| !b.name.is_empty() && (!gradient || serves_gradients(b.command)));
+    let mut all: Vec<_> = keys.map(|b| (b.name, b.what)).collect();
+    if gradient {
+        all.splice(0..0, GRADIENT.iter().copied());
+    }
+    all.extend(POINTER.iter().copied().filter(|(name, _)| !gradient || !GRADIENT_POINTER.contains(name)));
+    all
+}
+
+/// Uses of the pointer that gradient meshes have not, or have otherwise.
+const GRADIENT_POINTER: &[&str] = &["click, Shift+click", "drag", "Alt+wheel"];
+
 impl Editor {
     /// Does what the keys of this frame say, unless a text field has them.
     pub fn keys(&mut self, ctx: &Context) {
@@ -192,32 +216,29 @@ impl Editor {
         if let Some(gradient) = &mut self.gradient {
             match command {
                 Command::Reset => return self.remove_selected_split(),
+                Command::CopyColour => {
+                    let colour = self.selected_colour().unwrap_or(self.brush.colour);
+                    self.copied = Some(colour);
+                    return self.say(format_args!("copied {}", super::colour::to_hex(colour)));
+                }
                 Command::PasteColour => {
                     return match self.copied {
-                        Some(colour) => self.colour_selected(colour),
+                        Some(colour) => self.colour_selected(colour, false),
                         None => self.say("no colour was copied"),
                     };
                 }
+                Command::Nudge(x, y) => {
+                    let by = if shift { 10.0 } else { 1.0 };
+                    return self.nudge_gradient(DVec2::new(f64::from(x), f64::from(y)) * by);
+                }
                 Command::Escape if self.dialog.is_none() => {
                     gradient.cancel();
-                    (gradient.held, gradient.selected) = (None, None);
+                    gradient.selected = None;
+                    self.hand.gradient = None;
                     return;
                 }
-                Command::Zoom(_)
-                | Command::New
-                | Command::Open
-                | Command::Quit
-                | Command::Save
-                | Command::SaveAs
-                | Command::Undo
-                | Command::Redo
-                | Command::Fit
-                | Command::OneToOne
-                | Command::Escape
-                | Command::Help
-                | Command::Toggle(Shows::Mesh | Shows::Handles | Shows::Timing) => {}
-                // The others are for subdivision meshes.
-                _ => return,
+                _ if !serves_gradients(command) => return,
+                _ => {}
             }
         }
         match command {
@@ -301,6 +322,29 @@ impl Editor {
     }
 }
 
+/// Whether a command is for gradient meshes, too; the others are for subdivision meshes.
+pub fn serves_gradients(command: Command) -> bool {
+    matches!(
+        command,
+        Command::Zoom(_)
+            | Command::New
+            | Command::Open
+            | Command::Quit
+            | Command::Save
+            | Command::SaveAs
+            | Command::Undo
+            | Command::Redo
+            | Command::Fit
+            | Command::OneToOne
+            | Command::Escape
+            | Command::Help
+            | Command::Nudge(..)
+            | Command::CopyColour
+            | Command::PasteColour
+            | Command::Toggle(Shows::Mesh | Shows::Handles | Shows::Timing | Shows::Folds)
+    )
+}
+
 fn bound(key: Key, modifiers: Modifiers) -> Option<Command> {
     let ctrl = modifiers.ctrl || modifiers.command;
     let exact = KEYS.iter().find(|b| b.key == key && b.with == (ctrl, modifiers.shift));
@@ -316,8 +360,7 @@ mod tests {
     #[test]
     fn the_readme_has_the_same_list() {
         let readme = include_str!("../../README.md");
-        let keys = KEYS.iter().filter(|b| !b.name.is_empty()).map(|b| (b.name, b.what));
-        for (name, what) in keys.chain(POINTER.iter().copied()) {
+        for (name, what) in listed(false).into_iter().chain(listed(true)) {
             let row = format!("| {name} | {what} |");
             assert!(readme.contains(&row), "{row}");
         }

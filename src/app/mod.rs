@@ -12,9 +12,11 @@ mod clicks;
 mod colour;
 mod dialog;
 mod editor;
-mod ferguson;
-mod ferguson_canvas;
 mod files;
+mod gradient;
+#[cfg(test)]
+mod gradient_habits;
+mod gradient_panel;
 #[cfg(test)]
 mod habits;
 mod keys;

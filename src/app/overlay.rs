@@ -117,12 +117,7 @@ impl Editor {
             painter.add(Shape::mesh(discs));
         }
         if crowded {
-            let text = "zoom in to see the handles of this level";
-            let at = view.rect.center_top() + egui::vec2(0.0, 14.0);
-            let font = egui::FontId::proportional(15.0);
-            let rect = painter.text(at, egui::Align2::CENTER_TOP, text, font.clone(), Color32::TRANSPARENT);
-            painter.rect_filled(rect.expand(5.0), 4.0, Color32::from_black_alpha(170));
-            painter.text(at, egui::Align2::CENTER_TOP, text, font, Color32::WHITE);
+            notice(painter, view.rect, "zoom in to see the handles of this level");
         }
         self.paint_pointer(painter, pointer);
     }
@@ -174,6 +169,15 @@ impl Editor {
     }
 }
 
+/// A line of text at the top of the canvas.
+pub(super) fn notice(painter: &Painter, canvas: Rect, text: &str) {
+    let at = canvas.center_top() + egui::vec2(0.0, 14.0);
+    let font = egui::FontId::proportional(15.0);
+    let rect = painter.text(at, egui::Align2::CENTER_TOP, text, font.clone(), Color32::TRANSPARENT);
+    painter.rect_filled(rect.expand(5.0), 4.0, Color32::from_black_alpha(170));
+    painter.text(at, egui::Align2::CENTER_TOP, text, font, Color32::WHITE);
+}
+
 fn centre_of(handle: &crate::edit::overlay::Handle) -> DVec2 {
     handle.at
 }
@@ -200,11 +204,11 @@ pub fn describe(id: Id) -> String {
 // Plain meshes, four vertices a line and nine a disc: thousands of handles have to fit into the widgets' buffers.
 
 /// Most straight pieces of a curve where there are `curves` of them.
-fn pieces(curves: usize) -> u32 {
+pub(super) fn pieces(curves: usize) -> u32 {
     (12_000 / curves.max(1)).clamp(1, 24) as u32
 }
 
-fn curve(
+pub(super) fn curve(
     mesh: &mut Mesh,
     c: &[DVec2; 4],
     to_window: impl Fn(DVec2) -> Pos2,
@@ -227,7 +231,7 @@ fn lerp([a, b]: [Pos2; 2], t: f32) -> Pos2 {
     a + (b - a) * t
 }
 
-fn segment(mesh: &mut Mesh, a: Pos2, b: Pos2, width: f32, colour: Color32) {
+pub(super) fn segment(mesh: &mut Mesh, a: Pos2, b: Pos2, width: f32, colour: Color32) {
     let along = (b - a).normalized();
     let across = along.rot90() * (0.5 * width);
     let first = mesh.vertices.len() as u32;
@@ -238,7 +242,7 @@ fn segment(mesh: &mut Mesh, a: Pos2, b: Pos2, width: f32, colour: Color32) {
     mesh.add_triangle(first, first + 2, first + 3);
 }
 
-fn disc(mesh: &mut Mesh, at: Pos2, radius: f32, colour: Color32) {
+pub(super) fn disc(mesh: &mut Mesh, at: Pos2, radius: f32, colour: Color32) {
     const CORNERS: u32 = 10;
     let first = mesh.vertices.len() as u32;
     mesh.colored_vertex(at, colour);

@@ -42,6 +42,10 @@ impl Editor {
         if self.in_gesture() && !ctx.input(|i| i.pointer.any_down()) {
             self.commit();
         }
+        let widget = self.hand.gradient.is_none() && self.gradient.as_ref().is_some_and(|g| g.in_gesture());
+        if widget && !ctx.input(|i| i.pointer.any_down()) {
+            self.commit();
+        }
         self.tick();
         let lost = {
             let folder = self.folder();
@@ -199,31 +203,7 @@ impl Editor {
     fn brush_panel(&mut self, ui: &mut Ui) {
         ui.strong("Colour and brush");
         let before = self.brush.colour;
-        let mut c = before;
-        let mut shown = colour32(c);
-        ui.horizontal(|ui| {
-            if egui::color_picker::color_edit_button_srgba(ui, &mut shown, egui::color_picker::Alpha::OnlyBlend)
-                .changed()
-            {
-                let [r, g, b, a] = shown.to_srgba_unmultiplied();
-                c = DVec4::new(f64::from(r), f64::from(g), f64::from(b), f64::from(a)) / 255.0;
-            }
-            let id = ui.id().with("hex");
-            let mut text = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| colour::to_hex(c));
-            let field = ui.add(egui::TextEdit::singleline(&mut text).desired_width(80.0));
-            if field.changed() {
-                if let Some(read) = colour::from_hex(&text) {
-                    c = read;
-                }
-            }
-            // The field keeps what is typed; otherwise it shows the colour.
-            let typing = field.has_focus();
-            ui.data_mut(|d| match typing {
-                true => d.insert_temp(id, text),
-                false => d.remove::<String>(id),
-            });
-        });
-        c = spaces(ui, c);
+        let c = picker(ui, before);
         if c != before {
             self.brush.colour = c;
             let ids: Vec<_> = self.selection.iter().filter(|id| !id.kind.is_geometry()).map(|&id| (id, c)).collect();
@@ -232,6 +212,24 @@ impl Editor {
                 self.during(|scene, mesh| crate::edit::paint::paint(scene, mesh, &ids));
             }
         }
+        if let Some(colour) = self.swatch_row(ui) {
+            self.brush.colour = colour;
+            self.paint_selected(colour);
+        }
+        ui.add(egui::Slider::new(&mut self.brush.radius, 3.0..=300.0).logarithmic(true).text("radius"));
+        ui.horizontal(|ui| {
+            ui.selectable_value(&mut self.brush.moves, false, "paints");
+            ui.selectable_value(&mut self.brush.moves, true, "moves");
+        });
+        let sectors = self.selection.iter().any(|id| matches!(id.kind, Kind::Colour | Kind::Sector));
+        if sectors && ui.button("Paint selected").clicked() {
+            self.paint_selected(self.brush.colour);
+        }
+    }
+
+    /// The colours at hand; the one that was clicked.
+    pub(super) fn swatch_row(&mut self, ui: &mut Ui) -> Option<DVec4> {
+        let mut taken = None;
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = egui::vec2(3.0, 3.0);
             let mut chosen = None;
@@ -249,23 +247,11 @@ impl Editor {
                 self.swatches.push(self.brush.colour);
             }
             match chosen {
-                Some(c) if c.x >= 0.0 => {
-                    self.brush.colour = c;
-                    self.paint_selected(c);
-                }
-                Some(c) => drop(self.swatches.remove((-1.0 - c.x) as usize)),
-                None => {}
+                Some(c) if c.x < 0.0 => drop(self.swatches.remove((-1.0 - c.x) as usize)),
+                c => taken = c,
             }
         });
-        ui.add(egui::Slider::new(&mut self.brush.radius, 3.0..=300.0).logarithmic(true).text("radius"));
-        ui.horizontal(|ui| {
-            ui.selectable_value(&mut self.brush.moves, false, "paints");
-            ui.selectable_value(&mut self.brush.moves, true, "moves");
-        });
-        let sectors = self.selection.iter().any(|id| matches!(id.kind, Kind::Colour | Kind::Sector));
-        if sectors && ui.button("Paint selected").clicked() {
-            self.paint_selected(self.brush.colour);
-        }
+        taken
     }
 
     fn reference_panel(&mut self, ui: &mut Ui) {
@@ -385,6 +371,32 @@ impl Editor {
         painter.image(texture, place, uv, egui::Color32::WHITE.gamma_multiply(opacity as f32));
         true
     }
+}
+
+/// Fields for a colour: a picker, hex, numbers; the colour that is chosen.
+pub(super) fn picker(ui: &mut Ui, mut c: DVec4) -> DVec4 {
+    let mut shown = colour32(c);
+    ui.horizontal(|ui| {
+        if egui::color_picker::color_edit_button_srgba(ui, &mut shown, egui::color_picker::Alpha::OnlyBlend).changed() {
+            let [r, g, b, a] = shown.to_srgba_unmultiplied();
+            c = DVec4::new(f64::from(r), f64::from(g), f64::from(b), f64::from(a)) / 255.0;
+        }
+        let id = ui.id().with("hex");
+        let mut text = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| colour::to_hex(c));
+        let field = ui.add(egui::TextEdit::singleline(&mut text).desired_width(80.0));
+        if field.changed() {
+            if let Some(read) = colour::from_hex(&text) {
+                c = read;
+            }
+        }
+        // The field keeps what is typed; otherwise it shows the colour.
+        let typing = field.has_focus();
+        ui.data_mut(|d| match typing {
+            true => d.insert_temp(id, text),
+            false => d.remove::<String>(id),
+        });
+    });
+    spaces(ui, c)
 }
 
 /// Between sRGB and a colour space.

@@ -1,23 +1,19 @@
 //! The journal of a session: enough to restore everything after a crash but the last moment.
 //!
 //! One JSON document a line. The first is the scene as the session found it; then every step, undo and redo, and a
-//! `live` line with what a gesture has done so far. Lines are only appended, so that a crash spoils the last one at
-//! worst; a reader stops at the first line that is spoiled. A journal is locked as long as its session lives, and gone
-//! once its scene is saved or given up.
+//! `live` line with what a gesture has done so far. A reader stops at the first line that is spoiled.
 
 use super::change::Change;
 use super::history::{History, Step};
+use super::journal_file::{fault, lines, JournalFile};
 use crate::scene::{native, Scene};
 use serde::{Deserialize, Serialize};
-use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
+
+pub use super::journal_file::left_behind;
 
 /// Version of the journal's format.
 const VERSION: u32 = 1;
-
-/// Name of journals: `.NAME.PID.gradtess-journal`.
-const EXTENSION: &str = "gradtess-journal";
 
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -31,8 +27,7 @@ enum Line {
 
 /// An open journal.
 pub struct Journal {
-    path: PathBuf,
-    file: File,
+    file: JournalFile,
     // Steps in it that can be undone and redone, since it last held an undo or redo of a step from before it.
     done: usize,
     undone: usize,
@@ -60,37 +55,15 @@ impl Journal {
     /// # Errors
     /// Neither folder can be written to.
     pub fn begin(file: Option<&Path>, state: Option<&Path>, scene: &Scene) -> std::io::Result<Journal> {
-        let name = file.and_then(Path::file_name).map_or("untitled".into(), |n| n.to_string_lossy().into_owned());
-        let beside = file.map(folder_of);
-        let mut failed = std::io::Error::new(std::io::ErrorKind::NotFound, "there is no folder for the journal");
-        for folder in beside.as_deref().into_iter().chain(state) {
-            if Some(folder) == state {
-                let _ = std::fs::create_dir_all(folder);
-            }
-            for n in 0..100 {
-                let path = folder.join(format!(".{name}.{}.{n}.{EXTENSION}", std::process::id()));
-                match OpenOptions::new().append(true).create_new(true).open(&path) {
-                    Ok(handle) => {
-                        lock(&handle);
-                        let mut journal = Journal { path, file: handle, done: 0, undone: 0 };
-                        let file = file.map(|f| std::path::absolute(f).unwrap_or_else(|_| f.to_path_buf()));
-                        journal.write(&Line::Begin { version: VERSION, file, scene: native::write(scene) })?;
-                        return Ok(journal);
-                    }
-                    Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
-                    Err(e) => {
-                        failed = e;
-                        break;
-                    }
-                }
-            }
-        }
-        Err(failed)
+        let mut journal = Journal { file: JournalFile::create(file, state)?, done: 0, undone: 0 };
+        let file = file.map(|f| std::path::absolute(f).unwrap_or_else(|_| f.to_path_buf()));
+        journal.write(&Line::Begin { version: VERSION, file, scene: native::write(scene) })?;
+        Ok(journal)
     }
 
     /// Where it is.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.file.path()
     }
 
     /// Adds a step.
@@ -128,49 +101,13 @@ impl Journal {
     }
 
     fn write(&mut self, line: &Line) -> std::io::Result<()> {
-        let mut text = serde_json::to_vec(line).map_err(std::io::Error::other)?;
-        text.push(b'\n');
-        self.file.write_all(&text)?;
-        self.file.sync_data()
+        self.file.append(std::slice::from_ref(line))
     }
 
     /// Removes it: the scene is saved, or given up.
     pub fn end(self) {
-        let _ = std::fs::remove_file(&self.path);
+        self.file.end();
     }
-}
-
-fn folder_of(file: &Path) -> PathBuf {
-    match file.parent() {
-        Some(folder) if folder != Path::new("") => folder.to_path_buf(),
-        _ => PathBuf::from("."),
-    }
-}
-
-/// Holds the file for this process; the system lets go of it however the process ends.
-fn lock(file: &File) -> bool {
-    rustix::fs::flock(file, rustix::fs::FlockOperation::NonBlockingLockExclusive).is_ok()
-}
-
-/// Journals that sessions which no longer run have left beside `file`, or in `folder` for scenes without one; the
-/// newest first.
-pub fn left_behind(file: Option<&Path>, state: Option<&Path>) -> Vec<PathBuf> {
-    let name = file.and_then(Path::file_name).map_or("untitled".into(), |n| n.to_string_lossy().into_owned());
-    let start = format!(".{name}.");
-    let mut found = Vec::new();
-    for folder in file.map(folder_of).into_iter().chain(state.map(Path::to_path_buf)) {
-        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-            let path = entry.path();
-            let ours = path.extension().is_some_and(|e| e == EXTENSION)
-                && entry.file_name().to_string_lossy().starts_with(&start);
-            if ours && File::open(&path).is_ok_and(|f| lock(&f)) {
-                let time = entry.metadata().and_then(|m| m.modified()).ok();
-                found.push((time, path));
-            }
-        }
-    }
-    found.sort();
-    found.into_iter().rev().map(|(_, path)| path).collect()
 }
 
 /// Reads a journal as far as it is whole.
@@ -178,15 +115,13 @@ pub fn left_behind(file: Option<&Path>, state: Option<&Path>) -> Vec<PathBuf> {
 /// # Errors
 /// What is wrong, in one line, when not even its beginning can be read.
 pub fn restore(path: &Path) -> Result<Restored, String> {
-    let fault = |what: String| format!("{}: {what}; remove it if it is of no use", path.display());
-    let file = File::open(path).map_err(|e| fault(format!("the journal cannot be read ({e})")))?;
-    let mut lines = BufReader::new(file.take(crate::scene::LARGEST_FILE)).split(b'\n').map_while(Result::ok);
+    let mut lines = lines(path)?;
     let first = lines.next().unwrap_or_default();
     let Ok(Line::Begin { version: VERSION, file, scene }) = serde_json::from_slice(&first) else {
-        return Err(fault("this is no journal of this version".to_owned()));
+        return Err(fault(path, "this is no journal of this version"));
     };
     let name = path.display().to_string();
-    let mut scene = Scene::parse(scene.as_bytes(), &name).map_err(|e| fault(e.to_string()))?;
+    let mut scene = Scene::parse(scene.as_bytes(), &name).map_err(|e| fault(path, e))?;
     // Lines of the journal's copy mean nothing to the user.
     scene.mesh.face_line.clear();
     let mut out = Restored { path: path.to_path_buf(), file, scene, history: History::default(), steps: 0 };
@@ -273,7 +208,8 @@ mod tests {
         let before = now.clone();
         now.mesh.positions[2].y = 7.0;
         journal.live(Change::between(&before, &now)).unwrap();
-        journal.file.write_all(b"{\"step\":{\"label\":\"mo").unwrap();
+        let mut torn = std::fs::OpenOptions::new().append(true).open(journal.path()).unwrap();
+        std::io::Write::write_all(&mut torn, b"{\"step\":{\"label\":\"mo").unwrap();
         assert_eq!(restore(journal.path()).unwrap().scene, now);
         std::fs::remove_dir_all(folder).unwrap();
     }

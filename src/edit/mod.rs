@@ -11,16 +11,20 @@
 //! A step of a drag costs what it touches, unless it changes what is refined: the model and the fold watch's copy of it
 //! follow in place, and only patches that changed are tested.
 //!
+//! Gradient meshes of technique `ferguson` have operations of their own, in [`gradient`], and a journal of those.
+//!
 //! Everything here is plain data and functions of it. The window is in `crate::app`.
 
 pub mod brush;
 pub mod change;
 pub mod drag;
 pub mod folds;
+pub mod gradient;
 pub mod handle;
 pub mod history;
 pub mod influence;
 pub mod journal;
+pub mod journal_file;
 pub mod model;
 pub mod overlay;
 pub mod paint;

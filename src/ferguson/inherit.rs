@@ -6,7 +6,8 @@ use glam::DVec2;
 use std::collections::{BTreeSet, VecDeque};
 
 /// How handles behave.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Continuity {
     /// C^1: handles of opposite curves mirror each other, T-sections take everything from the patch across (5.1).
     #[default]

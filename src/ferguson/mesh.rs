@@ -25,7 +25,8 @@ use std::collections::BTreeSet;
 pub const NONE: u32 = u32::MAX;
 
 /// A side of a patch: 4 times the patch's number, plus the side's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[serde(transparent)]
 pub struct HalfEdge(pub u32);
 
 impl HalfEdge {

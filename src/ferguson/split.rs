@@ -12,7 +12,8 @@ pub const SAME: f64 = 1e-12;
 pub const THINNEST: f64 = 1e-6;
 
 /// The direction whose parameter a split fixes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Axis {
     /// The new curve is u = constant.
     U,

@@ -1,11 +1,11 @@
 //! The scene as a file: opened, restored, saved, closed.
 
 use super::super::canvas::Hand;
-use super::super::dialog::Dialog;
+use super::super::dialog::{Dialog, LeftBehind};
 use super::Editor;
 use crate::edit::history::History;
-use crate::edit::journal::{self, Restored};
 use crate::edit::model::Model;
+use crate::edit::{gradient, journal};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,8 @@ impl Editor {
         if let Some(journal) = self.journal.take() {
             journal.end();
         }
-        if self.gradient.take().is_some() {
+        if let Some(mut gradient) = self.gradient.take() {
+            gradient.end_journal();
             self.forget_drawn();
         }
         self.file = file;
@@ -52,10 +53,10 @@ impl Editor {
     /// Opens a scene; offers what a crashed session of it has left.
     pub fn open(&mut self, file: &Path) {
         if self.open_gradient(file) {
-            if self.gradient.is_some() {
+            if self.gradient.is_some() && self.file.as_deref() == Some(file) {
                 self.remember(file);
             }
-            return;
+            return self.offer_left_behind(Some(file));
         }
         match Scene::load(file) {
             Ok(scene) => {
@@ -75,8 +76,8 @@ impl Editor {
     /// Offers the newest journal that a crashed session of `file` has left.
     pub fn offer_left_behind(&mut self, file: Option<&Path>) {
         if let Some(path) = journal::left_behind(file, self.state.as_deref()).into_iter().next() {
-            match journal::restore(&path) {
-                Ok(restored) if restored.steps > 0 => self.dialog = Some(Dialog::Restore(Box::new(restored))),
+            match LeftBehind::read(&path) {
+                Ok(left) if left.about().2 > 0 => self.dialog = Some(Dialog::Restore(Some(Box::new(left)))),
                 // A session that ended before its first step was whole has left nothing to restore.
                 Ok(_) => drop(std::fs::remove_file(&path)),
                 Err(e) => self.fail(e),
@@ -85,18 +86,29 @@ impl Editor {
     }
 
     /// Goes on where a crashed session stopped.
-    pub fn resume(&mut self, restored: Restored) {
-        let Restored { path, file, scene, history, .. } = restored;
-        if !self.take(scene, file) {
-            return;
-        }
-        self.history = history;
-        self.saved_at = None;
+    pub fn resume(&mut self, left: LeftBehind) {
         // The restored scene begins a journal of its own before the old one goes.
-        self.start_journal(&self.model.scene.clone());
-        match self.journal {
-            Some(_) => drop(std::fs::remove_file(path)),
-            None => self.fail("the restored scene has no journal; save it soon"),
+        let (path, kept) = match left {
+            LeftBehind::Scene(journal::Restored { path, file, scene, history, .. }) => {
+                if !self.take(scene, file) {
+                    return;
+                }
+                self.history = history;
+                self.saved_at = None;
+                self.start_journal(&self.model.scene.clone());
+                (path, self.journal.is_some())
+            }
+            LeftBehind::Gradient(gradient::journal::Restored { path, file, gradient, .. }) => {
+                if !self.take_gradient(gradient, file) {
+                    return;
+                }
+                self.tick();
+                (path, self.gradient.as_ref().is_some_and(|g| g.journal().is_some()))
+            }
+        };
+        match kept {
+            true => drop(std::fs::remove_file(path)),
+            false => self.fail("the restored scene has no journal; save it soon"),
         }
         if self.message.as_ref().is_none_or(|m| !m.error) {
             self.say("restored the last session");
@@ -168,6 +180,16 @@ impl Editor {
     pub fn close(&mut self, give_up: bool) -> Option<PathBuf> {
         self.commit();
         let keep = self.unsaved() && !give_up;
+        if self.gradient.is_some() {
+            // What was done last is on the disk before the window goes.
+            self.tick();
+            let gradient = self.gradient.as_mut()?;
+            let path = gradient.journal().map(Path::to_path_buf).filter(|_| keep);
+            if !keep {
+                gradient.end_journal();
+            }
+            return path;
+        }
         match self.journal.take() {
             Some(journal) if keep => Some(journal.path().to_path_buf()),
             Some(journal) => {

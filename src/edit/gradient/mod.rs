@@ -1,4 +1,17 @@
-//! A gradient mesh (BLHK18) that is open in the editor: its steps, its patch table, and what is under the pointer.
+//! A gradient mesh (BLHK18) that is being edited: its steps, its patch table, what is under the pointer, its journal.
+//!
+//! ```text
+//!   Op --apply--> Mesh --Journal (of the mesh)--> patches touched --> LiveTable, boxes
+//!    |              \--> a step back
+//!    +--> journal on the disk, a step again
+//! ```
+//!
+//! An operation costs what it touches, whatever the size of the mesh; what is under the pointer, one comparison of boxes a
+//! patch.
+
+pub mod folds;
+pub mod journal;
+pub mod pick;
 
 use crate::ferguson::fit::Target;
 use crate::ferguson::inherit::Continuity;
@@ -8,26 +21,16 @@ use crate::ferguson::split::Axis;
 use crate::ferguson::{FergusonError, Mesh};
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
+use folds::Watch;
 use glam::{DVec2, DVec4};
+use journal::Keeper;
+use pick::{Boxes, Pick};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// What can be selected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pick {
-    /// A control point.
-    Point(u32),
-    /// A handle of a curve, at its end 0 or 1.
-    Handle(u32, usize),
-    /// The twist of a corner.
-    Twist(HalfEdge),
-    /// The colour of a corner.
-    Sector(HalfEdge),
-    /// A curve.
-    Curve(u32),
-}
-
 /// What a step does.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Op {
     /// [`Mesh::move_point`].
     Point(u32, DVec2),
@@ -64,6 +67,7 @@ struct Step {
     op: Op,
     continuity: Continuity,
     journal: Journal,
+    touched: BTreeSet<u32>,
 }
 
 /// The mesh and what follows from it.
@@ -76,39 +80,60 @@ pub struct Gradient {
     pub twists: bool,
     /// What is selected.
     pub selected: Option<Pick>,
-    /// What the pointer holds, and from the pointer to it.
-    pub held: Option<(Pick, DVec2)>,
     /// Grows with every change of the table.
     pub revision: u64,
+    boxes: Boxes,
     done: Vec<Step>,
     undone: Vec<(Op, Continuity)>,
     gesture: Option<Step>,
+    watch: Watch,
     saved_at: Option<usize>,
     live: LiveTable,
     target: Target,
     // Control points that the last revision changed; `None`: the whole table.
     changed: Option<Vec<u32>>,
+    keeper: Keeper,
 }
 
 impl Gradient {
-    /// A mesh without steps.
-    pub fn new(mut mesh: Mesh) -> Gradient {
+    /// The mesh that is read from a file's bytes, without steps, and the notes of the reader; `name` is what messages call
+    /// the file.
+    ///
+    /// # Errors
+    /// As [`crate::scene::ferguson::parse`].
+    pub fn read(bytes: Vec<u8>, name: String) -> Result<(Gradient, Vec<String>), crate::scene::SceneError> {
+        let (mesh, notes) = crate::scene::ferguson::parse(&bytes, &name)?;
+        Ok((Gradient::begin(mesh, Keeper::new(String::from_utf8_lossy(&bytes).into_owned(), name)), notes))
+    }
+
+    /// A mesh without steps that is in no file.
+    pub fn new(mesh: Mesh) -> Gradient {
+        let text = crate::scene::ferguson::write(&mesh);
+        let name = mesh.name.clone();
+        // Through its own text, so that numbers are those that a reader of the journal gives.
+        let mesh = crate::scene::ferguson::parse(text.as_bytes(), &name).map_or(mesh, |(mesh, _)| mesh);
+        Gradient::begin(mesh, Keeper::new(text, name))
+    }
+
+    fn begin(mut mesh: Mesh, keeper: Keeper) -> Gradient {
         mesh.take_journal();
         let target = Target::default();
         Gradient {
             live: LiveTable::new(&mesh, target),
+            boxes: Boxes::new(&mesh),
             mesh,
             continuity: Continuity::C1,
             twists: false,
             selected: None,
-            held: None,
             revision: 1,
             done: Vec::new(),
             undone: Vec::new(),
             gesture: None,
+            watch: Watch::default(),
             saved_at: Some(0),
             target,
             changed: None,
+            keeper,
         }
     }
 
@@ -145,6 +170,7 @@ impl Gradient {
         let whole = update.whole || counts(self.live.table()) != before;
         self.changed = (!whole).then(|| update.control.into_iter().flatten().map(|i| i as u32).collect());
         self.revision += 1;
+        self.boxes.follow(&self.mesh, touched);
     }
 
     fn apply(&mut self, op: Op, continuity: Continuity) -> Result<Step, FergusonError> {
@@ -165,7 +191,7 @@ impl Gradient {
         }
         let touched = journal.touched(mesh);
         self.follow(&touched);
-        Ok(Step { op, continuity, journal })
+        Ok(Step { op, continuity, journal, touched })
     }
 
     fn take_back(&mut self, journal: Journal) {
@@ -179,6 +205,7 @@ impl Gradient {
             self.saved_at = None;
         }
         self.undone.clear();
+        self.keeper.step(step.op, step.continuity);
         self.done.push(step);
     }
 
@@ -198,24 +225,16 @@ impl Gradient {
     /// # Errors
     /// As the operation; the gesture has then done nothing.
     pub fn during(&mut self, op: Op) -> Result<(), FergusonError> {
-        self.cancel();
+        if let Some(step) = self.gesture.take() {
+            self.take_back(step.journal);
+        }
         self.gesture = Some(self.apply(op, self.continuity)?);
         Ok(())
     }
 
-    /// Drags a thing to a place, as part of a gesture.
-    ///
-    /// # Errors
-    /// As the operation.
-    pub fn drag(&mut self, pick: Pick, to: DVec2) -> Result<(), FergusonError> {
-        match self.moving(pick, to) {
-            Some(op) => self.during(op),
-            None => Ok(()),
-        }
-    }
-
     /// Ends the gesture, which is one step.
     pub fn commit(&mut self) {
+        self.watch = Watch::default();
         if let Some(step) = self.gesture.take() {
             self.push(step);
         }
@@ -223,27 +242,35 @@ impl Gradient {
 
     /// Gives the gesture up.
     pub fn cancel(&mut self) {
+        self.watch = Watch::default();
         if let Some(step) = self.gesture.take() {
             self.take_back(step.journal);
+            self.keeper.gave_up();
         }
+    }
+
+    /// Whether a gesture goes on.
+    pub fn in_gesture(&self) -> bool {
+        self.gesture.is_some()
     }
 
     /// Takes a step back, or does it again; its name.
     pub fn step(&mut self, forward: bool) -> Option<&'static str> {
         self.cancel();
-        self.held = None;
         self.selected = None;
-        if forward {
+        let label = if forward {
             let (op, continuity) = self.undone.pop()?;
             let step = self.apply(op, continuity).ok()?;
             self.done.push(step);
-            Some(op.label())
+            op.label()
         } else {
             let step = self.done.pop()?;
             self.undone.push((step.op, step.continuity));
             self.take_back(step.journal);
-            Some(step.op.label())
-        }
+            step.op.label()
+        };
+        self.keeper.moved(forward);
+        Some(label)
     }
 
     /// Whether the mesh differs from its file.
@@ -254,6 +281,7 @@ impl Gradient {
     /// It is on the disk as it is.
     pub fn saved(&mut self) {
         self.saved_at = Some(self.done.len());
+        self.keeper.end();
     }
 
     /// Steps that can be undone.
@@ -268,118 +296,6 @@ impl Gradient {
             b = [b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)];
         }
         (b[0] <= b[2]).then_some(b)
-    }
-
-    /// Where a thing is shown. A twist is the inner Bezier point that it moves.
-    pub fn place(&self, pick: Pick) -> DVec2 {
-        match pick {
-            Pick::Point(p) => self.mesh.at(p),
-            Pick::Handle(c, end) => self.mesh.curve(c).handles[end],
-            Pick::Twist(h) => self.mesh.geometry(h.patch())[[5, 6, 10, 9][h.side()]],
-            Pick::Sector(h) => {
-                let [u, v] = [[0.12, 0.12], [0.88, 0.12], [0.88, 0.88], [0.12, 0.88]][h.side()];
-                self.mesh.evaluate(h.patch(), u, v).0
-            }
-            Pick::Curve(c) => crate::ferguson::hermite::point(self.mesh.bezier(c), 0.5),
-        }
-    }
-
-    /// The operation that brings a thing to a place; `None`: it cannot be moved.
-    pub fn moving(&self, pick: Pick, to: DVec2) -> Option<Op> {
-        match pick {
-            Pick::Point(p) => Some(Op::Point(p, to)),
-            Pick::Handle(c, end) => Some(Op::Handle(c, end, to)),
-            Pick::Twist(h) => {
-                let sign = if h.side() % 2 == 0 { 9.0 } else { -9.0 };
-                let change = (to - self.place(pick)) * sign;
-                Some(Op::Twist(h, self.mesh.corner(h).twist + change))
-            }
-            Pick::Sector(_) | Pick::Curve(_) => None,
-        }
-    }
-
-    /// Points and handles of what is drawn, twists and sectors where they are shown.
-    pub fn picks(&self) -> Vec<Pick> {
-        let mut all = Vec::new();
-        let used = |p: &u32| !self.mesh.points[*p as usize].corners.is_empty();
-        all.extend(self.sectors().into_iter().map(Pick::Sector));
-        all.extend((0..self.mesh.points.len() as u32).filter(used).map(Pick::Point));
-        all.extend(self.curves().flat_map(|c| [Pick::Handle(c, 0), Pick::Handle(c, 1)]));
-        if self.twists {
-            all.extend(self.mesh.live().flat_map(|p| [0, 1, 2, 3].map(|i| Pick::Twist(HalfEdge::new(p, i)))));
-        }
-        all
-    }
-
-    /// Curves that are drawn.
-    pub fn curves(&self) -> impl Iterator<Item = u32> + '_ {
-        let used = |c: &u32| self.mesh.curves[*c as usize].sides.iter().any(|list| !list.is_empty());
-        (0..self.mesh.curves.len() as u32).filter(used)
-    }
-
-    /// Corners around the point that is selected.
-    pub fn sectors(&self) -> Vec<HalfEdge> {
-        let point = match self.selected {
-            Some(Pick::Point(p)) => p,
-            Some(Pick::Sector(h)) => self.mesh.corner(h).point,
-            _ => return Vec::new(),
-        };
-        self.mesh.points[point as usize].corners.clone()
-    }
-
-    /// What is within `reach` of a place: the nearest of the picks, else the nearest curve.
-    pub fn at(&self, at: DVec2, reach: f64) -> Option<Pick> {
-        let mut best = (reach, None);
-        for pick in self.picks() {
-            let far = self.place(pick).distance(at);
-            if far < best.0 {
-                best = (far, Some(pick));
-            }
-        }
-        if best.1.is_some() {
-            return best.1;
-        }
-        for c in self.curves() {
-            let q = self.mesh.bezier(c);
-            for k in 0..=32 {
-                let far = crate::ferguson::hermite::point(q, f64::from(k) / 32.0).distance(at);
-                if far < best.0 {
-                    best = (far, Some(Pick::Curve(c)));
-                }
-            }
-        }
-        best.1
-    }
-
-    /// The topmost patch at a place, with its parameters there.
-    pub fn patch_at(&self, at: DVec2) -> Option<(u32, f64, f64)> {
-        let mut found = None;
-        for p in self.mesh.live() {
-            let net = self.mesh.geometry(p);
-            let (low, high) = net.iter().fold((net[0], net[0]), |(l, h), q| (l.min(*q), h.max(*q)));
-            if at.cmplt(low).any() || at.cmpgt(high).any() {
-                continue;
-            }
-            let place = |u: f64, v: f64| crate::ferguson::mesh::tensor(&net, u, v);
-            let grid = (0..81).map(|k| (f64::from(k % 9) / 8.0, f64::from(k / 9) / 8.0));
-            let near = |x: &(f64, f64)| place(x.0, x.1).distance_squared(at);
-            let Some((mut u, mut v)) = grid.min_by(|a, b| near(a).total_cmp(&near(b))) else { continue };
-            for _ in 0..20 {
-                let e = 1e-6;
-                let du = (place(u + e, v) - place(u - e, v)) / (2.0 * e);
-                let dv = (place(u, v + e) - place(u, v - e)) / (2.0 * e);
-                let (off, det) = (at - place(u, v), du.perp_dot(dv));
-                if det.abs() < 1e-300 {
-                    break;
-                }
-                u = (u + off.perp_dot(dv) / det).clamp(0.0, 1.0);
-                v = (v + du.perp_dot(off) / det).clamp(0.0, 1.0);
-            }
-            if place(u, v).distance(at) < 1e-6 * (high - low).max_element() {
-                found = Some((p, u, v));
-            }
-        }
-        found
     }
 }
 
