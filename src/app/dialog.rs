@@ -51,7 +51,7 @@ pub enum Dialog {
     /// There are changes that are not saved.
     Unsaved(Then),
     /// A session that crashed has left something.
-    Restore(Option<Box<LeftBehind>>),
+    Restore(Option<LeftBehind>),
     /// The file to be written exists.
     Overwrite(PathBuf, Option<Then>),
     /// The keyboard list.
@@ -61,9 +61,9 @@ pub enum Dialog {
 /// What a session that crashed has left.
 pub enum LeftBehind {
     /// A subdivision scene.
-    Scene(journal::Restored),
+    Scene(Box<journal::Restored>),
     /// A gradient mesh.
-    Gradient(gradient::journal::Restored),
+    Gradient(Box<gradient::journal::Restored>),
 }
 
 impl LeftBehind {
@@ -73,9 +73,9 @@ impl LeftBehind {
     /// What is wrong, in one line.
     pub fn read(path: &Path) -> Result<LeftBehind, String> {
         if gradient::journal::is_one(path) {
-            return gradient::journal::restore(path).map(LeftBehind::Gradient);
+            return gradient::journal::restore(path).map(Box::new).map(LeftBehind::Gradient);
         }
-        journal::restore(path).map(LeftBehind::Scene)
+        journal::restore(path).map(Box::new).map(LeftBehind::Scene)
     }
 
     /// The journal, the scene's file, and the steps read.
@@ -247,7 +247,7 @@ impl Editor {
                 }
                 if restore {
                     if let Some(restored) = left.take() {
-                        self.resume(*restored);
+                        self.resume(restored);
                     }
                 }
                 !(restore || discard || later)

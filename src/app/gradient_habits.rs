@@ -162,7 +162,7 @@ fn a_session_that_crashed_is_offered_restored_and_can_be_undone() {
     let journal = seat.gradient().journal().unwrap().to_path_buf();
     // The process is gone: nothing is said goodbye to.
     drop(seat);
-    assert_eq!(left_behind(Some(&drawing), None), [journal.clone()]);
+    assert_eq!(left_behind(Some(&drawing), None), vec![journal.as_path()]);
 
     let mut seat = Seat::new(Editor::fresh("quad"), state.clone());
     seat.drop_file(&drawing);

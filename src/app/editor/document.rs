@@ -77,7 +77,7 @@ impl Editor {
     pub fn offer_left_behind(&mut self, file: Option<&Path>) {
         if let Some(path) = journal::left_behind(file, self.state.as_deref()).into_iter().next() {
             match LeftBehind::read(&path) {
-                Ok(left) if left.about().2 > 0 => self.dialog = Some(Dialog::Restore(Some(Box::new(left)))),
+                Ok(left) if left.about().2 > 0 => self.dialog = Some(Dialog::Restore(Some(left))),
                 // A session that ended before its first step was whole has left nothing to restore.
                 Ok(_) => drop(std::fs::remove_file(&path)),
                 Err(e) => self.fail(e),
@@ -89,7 +89,8 @@ impl Editor {
     pub fn resume(&mut self, left: LeftBehind) {
         // The restored scene begins a journal of its own before the old one goes.
         let (path, kept) = match left {
-            LeftBehind::Scene(journal::Restored { path, file, scene, history, .. }) => {
+            LeftBehind::Scene(restored) => {
+                let journal::Restored { path, file, scene, history, .. } = *restored;
                 if !self.take(scene, file) {
                     return;
                 }
@@ -98,7 +99,8 @@ impl Editor {
                 self.start_journal(&self.model.scene.clone());
                 (path, self.journal.is_some())
             }
-            LeftBehind::Gradient(gradient::journal::Restored { path, file, gradient, .. }) => {
+            LeftBehind::Gradient(restored) => {
+                let gradient::journal::Restored { path, file, gradient, .. } = *restored;
                 if !self.take_gradient(gradient, file) {
                     return;
                 }

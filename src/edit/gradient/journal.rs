@@ -310,7 +310,7 @@ mod tests {
         // While its session lives it is nobody else's; afterwards it is left behind, unless the session ended well.
         assert!(left_behind(None, Some(&folder.0)).is_empty());
         drop(g);
-        assert_eq!(left_behind(None, Some(&folder.0)), [path.clone()]);
+        assert_eq!(left_behind(None, Some(&folder.0)), vec![path.as_path()]);
         assert!(is_one(&path));
     }
 
