@@ -25,6 +25,9 @@ pub struct LimitPicture {
     cells: u64,
     /// One flat quad a cell: r is the face, g and b are u and v.
     pub table: PatchTable,
+    /// Corners in order around of the cells that are turned over: where they lie, the surface folds and more than one of its
+    /// layers covers a point.
+    pub turned: Vec<[DVec2; 4]>,
 }
 
 /// What the limit is at a pixel.
@@ -82,8 +85,9 @@ impl LimitPicture {
         while count(cells) > MOST_CELLS && cells > 1 << deepest {
             cells /= 2;
         }
-        let mut picture = LimitPicture { faces, cells, table: PatchTable::default() };
+        let mut picture = LimitPicture { faces, cells, table: PatchTable::default(), turned: Vec::new() };
         picture.sample();
+        picture.find_turned(refinement);
         picture
     }
 
@@ -109,6 +113,32 @@ impl LimitPicture {
         table.ranges.push(DrawRange { kind: Kind::Bicubic, part: None, level: 0, first: 0, count });
     }
 
+    fn find_turned(&mut self, refinement: &Refinement) {
+        let zero = &refinement.levels[0];
+        let orientations = orientations(zero);
+        let mut first = 0;
+        for (level, f, _) in &self.faces {
+            let n = (self.cells >> *level) as usize;
+            let name = refinement.levels[*level as usize].face[*f as usize];
+            let orientation = orientations[base_of_name(zero, *level, name) as usize];
+            let at = |i: usize, j: usize| {
+                let p = &self.table.control[first + j * (n + 1) + i];
+                DVec2::new(p[0], p[1])
+            };
+            for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
+                let cell = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                let turns = |k: usize| {
+                    let [a, b, c] = [0, 1, 3].map(|s| cell[(k + s) % 4]);
+                    orientation * (b - a).perp_dot(c - a) < 0.0
+                };
+                if (0..4).any(turns) {
+                    self.turned.push(cell);
+                }
+            }
+            first += (n + 1) * (n + 1);
+        }
+    }
+
     /// Visits short segments of the limit's silhouettes and sharp edges. `refinement` is the one of [`LimitPicture::new`].
     pub fn edges(&mut self, refinement: &Refinement, mut visit: impl FnMut(DVec2, DVec2)) {
         for (l, f, exact) in &mut self.faces {
@@ -132,34 +162,6 @@ impl LimitPicture {
                     from = to;
                 }
             }
-        }
-    }
-
-    /// Visits the cells of the limit that are turned over, corners in order around: where they lie, the surface folds and
-    /// more than one of its layers covers a point. `refinement` is the one of [`LimitPicture::new`].
-    pub fn turned(&self, refinement: &Refinement, mut visit: impl FnMut([DVec2; 4])) {
-        let zero = &refinement.levels[0];
-        let orientations = orientations(zero);
-        let mut first = 0;
-        for (level, f, _) in &self.faces {
-            let n = (self.cells >> *level) as usize;
-            let name = refinement.levels[*level as usize].face[*f as usize];
-            let orientation = orientations[base_of_name(zero, *level, name) as usize];
-            let at = |i: usize, j: usize| {
-                let p = &self.table.control[first + j * (n + 1) + i];
-                DVec2::new(p[0], p[1])
-            };
-            for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
-                let cell = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-                let turns = |k: usize| {
-                    let [a, b, c] = [0, 1, 3].map(|s| cell[(k + s) % 4]);
-                    orientation * (b - a).perp_dot(c - a) < 0.0
-                };
-                if (0..4).any(turns) {
-                    visit(cell);
-                }
-            }
-            first += (n + 1) * (n + 1);
         }
     }
 

@@ -221,7 +221,7 @@ impl Compared<'_> {
     fn fold_pixels(&self, limit: &LimitPicture) -> Vec<bool> {
         let (width, height) = (f64::from(self.size[0]), f64::from(self.size[1]));
         let mut folded = vec![false; (self.size[0] * self.size[1]) as usize];
-        limit.turned(self.limit, |cell| {
+        for cell in &limit.turned {
             // Cells have a side of two pixels, so that their boxes say enough.
             let corners = cell.map(|p| self.pixel(p));
             let low = corners.into_iter().fold(DVec2::INFINITY, DVec2::min) - FOLD_PIXELS - 0.5;
@@ -232,7 +232,7 @@ impl Compared<'_> {
                     folded[y as usize * self.size[0] as usize + x as usize] = true;
                 }
             }
-        });
+        }
         folded
     }
 
