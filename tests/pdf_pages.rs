@@ -306,8 +306,8 @@ fn off(theirs: &Theirs, shown: &[[f64; 3]]) -> [f64; 3] {
     let side = theirs.size[0] as usize / 16;
     for (k, wanted) in shown.iter().enumerate() {
         let at = (k / 16 * side + side / 2) * theirs.size[0] as usize + k % 16 * side + side / 2;
-        for c in 0..3 {
-            let off = theirs.rgb[at][c] - wanted[c];
+        for (theirs, wanted) in theirs.rgb[at].iter().zip(wanted) {
+            let off = theirs - wanted;
             (low, high, mean) = (low.min(off), high.max(off), mean + off / 768.0);
         }
     }

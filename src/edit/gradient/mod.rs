@@ -289,13 +289,9 @@ impl Gradient {
         self.done.len()
     }
 
-    /// The rectangle around all control points of the geometry.
+    /// The rectangle around all control points and handles.
     pub fn bounds(&self) -> Option<[f64; 4]> {
-        let mut b = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-        for p in self.mesh.live().flat_map(|p| self.mesh.geometry(p)) {
-            b = [b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)];
-        }
-        (b[0] <= b[2]).then_some(b)
+        self.boxes.bounds()
     }
 }
 

@@ -42,6 +42,13 @@ impl Boxes {
         }
     }
 
+    /// The box around all, x0, y0, x1, y1.
+    pub(super) fn bounds(&self) -> Option<[f64; 4]> {
+        let join = |a: [DVec2; 2], b: &[DVec2; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        let [low, high] = self.0.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], join);
+        (low.x <= high.x).then_some([low.x, low.y, high.x, high.y])
+    }
+
     /// Patches whose boxes meet a rectangle, ascending.
     fn meeting(&self, low: DVec2, high: DVec2) -> impl Iterator<Item = u32> + '_ {
         let meets = move |b: &[DVec2; 2]| b[0].x <= high.x && b[0].y <= high.y && low.x <= b[1].x && low.y <= b[1].y;
@@ -243,6 +250,45 @@ mod tests {
                 assert!(g.place(found).distance(at) < 1e-3 || matches!(found, Pick::Curve(_)), "{pick:?} {found:?}");
             }
         }
+    }
+
+    /// Nothing but the patches that change is computed, looked at or sent: the same counts in a mesh a hundred times as large.
+    #[test]
+    fn a_drag_a_split_and_their_undoing_cost_what_they_touch() {
+        let mut counts = Vec::new();
+        for n in [10, 100] {
+            let mut g = grid(n);
+            let cell = 1.0 / f64::from(n);
+            let middle = DVec2::splat(0.5);
+            let (p, _, _) = g.patch_at(middle + DVec2::splat(0.4 * cell)).unwrap();
+            let sent = |g: &Gradient| g.changed_since(g.revision - 1).map(|points| points.len());
+            let mut begun = Instant::now();
+            let mut took = |what: &str| {
+                println!("{} patches, {what}: {:?}", n * n, begun.elapsed());
+                begun = Instant::now();
+            };
+            g.act(Op::Split(p, Axis::U, 0.5)).unwrap();
+            let mut all = vec![sent(&g)];
+            took("split");
+            let pick = g.at(middle, 1e-9).unwrap();
+            took("pick");
+            for k in 1..=10 {
+                assert!(!g.drag(pick, middle + DVec2::splat(0.01 * f64::from(k) * cell), Some(1e-9)).unwrap());
+            }
+            took("ten steps of a drag with fold tests");
+            all.extend([sent(&g), Some(g.gesture.as_ref().unwrap().touched.len())]);
+            g.commit();
+            g.step(false);
+            all.push(sent(&g));
+            took("undo");
+            counts.push(all);
+            g.look(crate::patch::tess::TessRule::Pixels(6.0), 0.001, [0.0, 0.0, 0.9, 0.9]);
+            took("another view");
+        }
+        assert_eq!(counts[0], counts[1]);
+        // A split sends all ranges anew, a drag the points of six patches: four around the point, of which one is halved, and
+        // the one below that has the T-section.
+        println!("{counts:?}");
     }
 
     #[test]
