@@ -3,17 +3,22 @@
 //! Pieces are runs of items in order, and what they make is put together in that order, so no result depends on how many
 //! there are. Small amounts of work are one piece and stay on the calling thread. The cores are those of the rayon pool that
 //! the caller is in: all of the machine's, unless `--threads` or [`rayon::ThreadPool::install`] says otherwise.
+//!
+//! A core that sleeps takes longer to wake than most sets of pieces take. So the cores are called together once for a whole
+//! job ([`crew`]) and stay awake until it is done: then a set of pieces costs a microsecond or two.
 
-use rayon::prelude::*;
 use rustix::time::{clock_gettime, ClockId};
 use std::cell::Cell;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread::{self, ThreadId};
+use std::time::{Duration, Instant};
 
-/// Items (faces, half-edges, points) for which another core is worth waking. Measured on two cores: with an eighth of it,
-/// scenes of 1,400 to 8,000 patches took 1.4 to 1.8 times as long as on one core.
-pub const LEAST: usize = 8192;
+/// Items (faces, half-edges, points) that are worth a piece of their own.
+pub const LEAST: usize = 1024;
+
+/// Pieces' worth of items for which other cores are worth waking.
+const WORTH_WAKING: usize = 4;
 
 /// Most pieces.
 pub const MOST: usize = 250;
@@ -25,13 +30,66 @@ pub fn set_least(least: usize) {
     LEAST_NOW.store(least.max(1), Ordering::Relaxed);
 }
 
+thread_local! {
+    /// Cores that are awake for the job of this thread; 0 without a job.
+    static CREW: Cell<usize> = const { Cell::new(0) };
+    /// Whether this thread stands by for another one's job.
+    static STANDS_BY: Cell<bool> = const { Cell::new(false) };
+}
+
+/// A job of about `items` items, with all cores awake if it is large enough. A job within a job has its cores.
+pub fn crew<R>(items: usize, job: impl FnOnce() -> R) -> R {
+    if CREW.get() > 0 || REHEARSAL.get().is_some() || items < WORTH_WAKING * LEAST_NOW.load(Ordering::Relaxed) {
+        return job();
+    }
+    // The pool starts its threads when it is asked for the first time.
+    let cores = rayon::current_num_threads().min(MOST);
+    if cores == 1 {
+        return job();
+    }
+    let done = AtomicBool::new(false);
+    let owner = thread::current().id();
+    rayon::in_place_scope(|scope| {
+        for _ in 1..cores {
+            scope.spawn(|_| stand_by(&done, owner));
+        }
+        let _end = End(&done);
+        CREW.set(cores);
+        job()
+    })
+}
+
+/// The end of a job, by panic too.
+struct End<'a>(&'a AtomicBool);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        CREW.set(0);
+        self.0.store(true, Ordering::Release);
+    }
+}
+
+/// Does pieces of work as they come until the job is done.
+fn stand_by(done: &AtomicBool, owner: ThreadId) {
+    // The owner comes here where nobody else had the time to; it has the job to do.
+    if STANDS_BY.get() || thread::current().id() == owner {
+        return;
+    }
+    STANDS_BY.set(true);
+    while !done.load(Ordering::Acquire) {
+        if rayon::yield_now() != Some(rayon::Yield::Executed) {
+            (0..16).for_each(|_| std::hint::spin_loop());
+        }
+    }
+    STANDS_BY.set(false);
+}
+
 /// How many pieces `n` items are worth.
 fn count(n: usize) -> usize {
-    let most = n / LEAST_NOW.load(Ordering::Relaxed);
-    match most {
+    let cores = REHEARSAL.get().map_or(CREW.get(), |r| r.cores);
+    match n / LEAST_NOW.load(Ordering::Relaxed) {
         0 | 1 => 1,
-        // The pool starts its threads when it is asked for the first time.
-        _ => REHEARSAL.get().map_or_else(rayon::current_num_threads, |r| r.cores).clamp(1, most.min(MOST)),
+        most => cores.clamp(1, most.min(MOST)),
     }
 }
 
@@ -59,55 +117,92 @@ pub fn each<T: Send, R: Send>(work: Vec<T>, does: impl Fn(T) -> R + Sync + Send)
     }
     // The calling thread does the first: it has the memory of what is made between pieces.
     let mut made: Vec<Option<R>> = work.iter().map(|_| None).collect();
+    let left = AtomicUsize::new(work.len() - 1);
     rayon::in_place_scope(|scope| {
-        let does = &does;
+        let (does, left) = (&does, &left);
         let mut pairs = work.into_iter().zip(&mut made);
         let own = pairs.next();
-        pairs.for_each(|(piece, made)| scope.spawn(move |_| *made = Some(does(piece))));
+        pairs.for_each(|(piece, made)| {
+            scope.spawn(move |_| {
+                *made = Some(does(piece));
+                left.fetch_sub(1, Ordering::Release);
+            });
+        });
         if let Some((piece, made)) = own {
             *made = Some(does(piece));
         }
+        wait_awake(left);
     });
     made.into_iter().map(|r| r.expect("the scope waits for all")).collect()
 }
 
-/// `of` every number below `n`.
-pub fn collect<T: Copy + Send>(n: usize, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
-    match count(n) {
-        1 => (0..n).map(of).collect(),
-        count if REHEARSAL.get().is_some() => {
-            let mut all = Vec::with_capacity(n);
-            in_turn(cut(n, count), |piece| all.extend(piece.map(&of)));
-            all
+/// Waits for the last pieces as long as it would take to fall asleep and wake again, and helps with them meanwhile.
+fn wait_awake(left: &AtomicUsize) {
+    let mut since = None;
+    while left.load(Ordering::Acquire) > 0 {
+        if rayon::yield_now() == Some(rayon::Yield::Executed) {
+            continue;
         }
-        count => (0..n).into_par_iter().with_min_len(n.div_ceil(count)).map(of).collect(),
+        (0..16).for_each(|_| std::hint::spin_loop());
+        if since.get_or_insert_with(Instant::now).elapsed() > Duration::from_micros(300) {
+            return;
+        }
     }
 }
 
-/// Appends what becomes of each item.
-pub fn extend<T: Copy + Sync, U: Send>(to: &mut Vec<U>, from: &[T], of: impl Fn(T) -> U + Sync + Send) {
-    match count(from.len() / 8) {
-        1 => to.extend(from.iter().map(|&x| of(x))),
-        count if REHEARSAL.get().is_some() => {
-            to.reserve(from.len());
-            in_turn(cut(from.len(), count), |piece| to.extend(from[piece].iter().map(|&x| of(x))));
-        }
-        count => to.par_extend(from.par_iter().with_min_len(from.len().div_ceil(count)).map(|&x| of(x))),
+/// `of` every number below `n`.
+pub fn collect<T: Copy + Default + Send>(n: usize, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    if count(n) == 1 {
+        return (0..n).map(of).collect();
     }
+    let mut all = vec![T::default(); n];
+    update(&mut all, |i, x| *x = of(i));
+    all
+}
+
+/// Appends what becomes of each item.
+pub fn extend<T: Copy + Sync, U: Copy + Default + Send>(
+    to: &mut Vec<U>,
+    from: &[T],
+    of: impl Fn(T) -> U + Sync + Send,
+) {
+    if count(from.len() / 4) == 1 {
+        return to.extend(from.iter().map(|&x| of(x)));
+    }
+    let at = to.len();
+    to.resize(at + from.len(), U::default());
+    update(&mut to[at..], |i, x| *x = of(from[i]));
+}
+
+/// Makes `to` what becomes of each item, in the memory it has.
+pub fn replace<T: Copy + Sync, U: Copy + Default + Send>(
+    to: &mut Vec<U>,
+    from: &[T],
+    of: impl Fn(T) -> U + Sync + Send,
+) {
+    if to.len() < from.len() && to.capacity() < from.len() {
+        // Zeros from the system come page by page to the core that writes there first.
+        *to = vec![U::default(); from.len()];
+    }
+    to.resize(from.len(), U::default());
+    update(to, |i, x| *x = of(from[i]));
 }
 
 /// Changes every item.
 pub fn update<T: Send>(items: &mut [T], change: impl Fn(usize, &mut T) + Sync + Send) {
-    let n = items.len();
-    match count(n / 8) {
-        1 => items.iter_mut().enumerate().for_each(|(i, x)| change(i, x)),
-        count if REHEARSAL.get().is_some() => {
-            in_turn(cut(n, count), |piece| piece.for_each(|i| change(i, &mut items[i])));
-        }
-        count => {
-            items.par_iter_mut().with_min_len(n.div_ceil(count)).enumerate().for_each(|(i, x)| change(i, x));
-        }
+    let pieces = cut(items.len(), count(items.len() / 4));
+    if pieces.len() == 1 {
+        return items.iter_mut().enumerate().for_each(|(i, x)| change(i, x));
     }
+    let mut rest = items;
+    let lists = pieces.into_iter().map(|range| {
+        let (list, after) = std::mem::take(&mut rest).split_at_mut(range.len());
+        rest = after;
+        (range.start, list)
+    });
+    each(lists.collect(), |(first, list)| {
+        list.iter_mut().enumerate().for_each(|(i, x)| change(first + i, x));
+    });
 }
 
 /// A rehearsal under way.

@@ -19,6 +19,11 @@ pub fn build(refinement: &Refinement, irregular: Irregular) -> PatchTable {
 /// The same in the memory of a table that is not needed any more. Fresh memory costs more than all arithmetic once a table
 /// outgrows what the allocator keeps (32 MiB, about 60,000 patches), because the system clears every page of it.
 pub fn rebuild(refinement: &Refinement, irregular: Irregular, old: PatchTable) -> PatchTable {
+    let faces = refinement.fates.iter().map(Vec::len).sum();
+    threads::crew(faces, || rebuild_levels(refinement, irregular, old))
+}
+
+fn rebuild_levels(refinement: &Refinement, irregular: Irregular, old: PatchTable) -> PatchTable {
     let style = Style { corners: refinement.corners, rules: refinement.rules, irregular };
     let mut out = Builder::new(refinement, old);
     let mut above: Option<Points> = None;

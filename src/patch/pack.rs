@@ -27,10 +27,10 @@ pub fn pack(table: &PatchTable) -> PackedTable {
 
 /// The same in memory that was used before, for the reason of [`super::build::rebuild`].
 pub fn repack(table: &PatchTable, packed: &mut PackedTable) {
-    packed.control.clear();
-    threads::extend(&mut packed.control, &table.control, |p| pack_point(&p));
-    packed.indices.clear();
-    threads::extend(&mut packed.indices, &table.indices, |i| i);
+    threads::crew(table.faces.len(), || {
+        threads::replace(&mut packed.control, &table.control, |p| pack_point(&p));
+        threads::replace(&mut packed.indices, &table.indices, |i| i);
+    });
 }
 
 #[cfg(test)]

@@ -135,6 +135,15 @@ pub fn refine_uncascaded(scene: &Scene, mesh: &HalfEdgeMesh) -> Result<Refinemen
 }
 
 fn by(scene: &Scene, mesh: &HalfEdgeMesh, options: Options, cascading: bool) -> Result<Refinement, RefineError> {
+    // Faces of M^0, and what an edit makes of them.
+    let faces = 2 * mesh.half_edges() as usize + EDIT_FACES * (scene.geometry.len() + scene.colours.len());
+    threads::crew(faces, || by_levels(scene, mesh, options, cascading))
+}
+
+/// About as many faces does an edit refine.
+const EDIT_FACES: usize = 16;
+
+fn by_levels(scene: &Scene, mesh: &HalfEdgeMesh, options: Options, cascading: bool) -> Result<Refinement, RefineError> {
     let map = IndexMap::new(mesh);
     let edits = edits::resolve(scene, &map)?;
     let edit_level = edits.deepest();

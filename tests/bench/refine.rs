@@ -16,7 +16,7 @@ use gradtess::refine::{refine, Mode, Options, Rules};
 use gradtess::scene::copies::copies;
 use gradtess::scene::{ColourEdit, Frame, GeometryEdit, InputMesh, Scene};
 use gradtess::subdiv::index_map::IndexMap;
-use gradtess::threads::{cpu_time, rehearse};
+use gradtess::threads::{cpu_time, crew, rehearse};
 use std::path::Path;
 use std::time::Instant;
 
@@ -188,9 +188,12 @@ fn cores(scene: &Scene, runs: usize, all: usize) {
     let rebuild_all = |memory: &mut Option<(PatchTable, PackedTable)>| {
         let (table, mut packed) = memory.take().expect("put back after each run");
         let (start, cpu) = (Instant::now(), cpu_time());
-        let refined = refine(scene, &mesh, Options::default()).expect("edits that fit");
-        let table = rebuild(&refined, Irregular::Gregory, table);
-        repack(&table, &mut packed);
+        let table = crew(mesh.half_edges() as usize + scene.geometry.len(), || {
+            let refined = refine(scene, &mesh, Options::default()).expect("edits that fit");
+            let table = rebuild(&refined, Irregular::Gregory, table);
+            repack(&table, &mut packed);
+            table
+        });
         let ms = [start.elapsed(), cpu_time() - cpu].map(|t| t.as_secs_f64() * 1e3);
         let n = table.faces.len();
         *memory = Some((table, packed));
@@ -264,7 +267,8 @@ fn all_cores(short: bool) {
         true => vec![grid(34), sheet(2)],
         false => vec![grid(34), grid(100), grid(316), sheet(8), sheet(64), sheet(256)],
     };
-    for scene in scenes {
+    let only = std::env::args().skip_while(|a| a != "--only").nth(1).unwrap_or_default();
+    for scene in scenes.into_iter().filter(|s| s.name.contains(&only)) {
         let faces = scene.mesh.corners.len() + scene.geometry.len();
         cores(&scene, if short { 1 } else { (2_000_000 / faces).clamp(7, 61) }, all);
     }

@@ -1,0 +1,79 @@
+// What OpenSubdiv takes for the meshes of `cargo bench --bench refine -- --tables`: topology, adaptive refinement and patch
+// table with Gregory end caps, one thread; no control point is computed. CPU time in ms, median of 21.
+//
+// c++ -O3 -o opensubdiv tests/bench/opensubdiv.cpp -losdCPU && ./opensubdiv
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <opensubdiv/far/patchTableFactory.h>
+#include <opensubdiv/far/topologyDescriptor.h>
+#include <opensubdiv/far/topologyRefinerFactory.h>
+#include <vector>
+
+using namespace OpenSubdiv;
+
+static double cpu_ms() {
+    timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return 1e3 * t.tv_sec + 1e-6 * t.tv_nsec;
+}
+
+// n x n quads, every step-th of them cut into two triangles.
+static void mixed(int n, int step, std::vector<int> &sizes, std::vector<int> &corners) {
+    for (int f = 0; f < n * n; ++f) {
+        int v = (f / n) * (n + 1) + f % n;
+        int q[4] = {v, v + 1, v + n + 2, v + n + 1};
+        if (f % step == 0) {
+            sizes.insert(sizes.end(), {3, 3});
+            corners.insert(corners.end(), {q[0], q[1], q[2], q[0], q[2], q[3]});
+        } else {
+            sizes.push_back(4);
+            corners.insert(corners.end(), q, q + 4);
+        }
+    }
+}
+
+int main() {
+    struct Mesh {
+        int n, step;
+    };
+    for (Mesh mesh : {Mesh{24, 7}, Mesh{38, 11}, Mesh{100, 1 << 30}}) {
+        std::vector<int> sizes, corners;
+        mixed(mesh.n, mesh.step, sizes, corners);
+        Far::TopologyDescriptor topology;
+        topology.numVertices = (mesh.n + 1) * (mesh.n + 1);
+        topology.numFaces = int(sizes.size());
+        topology.numVertsPerFace = sizes.data();
+        topology.vertIndicesPerFace = corners.data();
+        Sdc::Options scheme;
+        scheme.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
+        using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
+        for (int level : {1, 2, 3, 4, 5, 6, 8}) {
+            std::vector<double> times;
+            int patches = 0, gregory = 0;
+            for (int run = 0; run < 21; ++run) {
+                double start = cpu_ms();
+                std::unique_ptr<Far::TopologyRefiner> refiner(
+                    Factory::Create(topology, Factory::Options(Sdc::SCHEME_CATMARK, scheme)));
+                Far::TopologyRefiner::AdaptiveOptions adaptive(level);
+                refiner->RefineAdaptive(adaptive);
+                Far::PatchTableFactory::Options options(level);
+                options.SetEndCapType(Far::PatchTableFactory::Options::ENDCAP_GREGORY_BASIS);
+                std::unique_ptr<Far::PatchTable> table(Far::PatchTableFactory::Create(*refiner, options));
+                times.push_back(cpu_ms() - start);
+                patches = table->GetNumPatchesTotal();
+                gregory = 0;
+                for (int array = 0; array < table->GetNumPatchArrays(); ++array) {
+                    if (table->GetPatchArrayDescriptor(array).GetType() == Far::PatchDescriptor::GREGORY_BASIS) {
+                        gregory += table->GetNumPatches(array);
+                    }
+                }
+            }
+            std::sort(times.begin(), times.end());
+            double ms = times[times.size() / 2];
+            std::printf("%d faces, level %d: %d patches (%d Gregory), %.3f ms (least %.3f), %.0f patches/s\n",
+                        int(sizes.size()), level, patches, gregory, ms, times[0], patches / ms * 1e3);
+        }
+    }
+}
