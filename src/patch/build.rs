@@ -2,8 +2,8 @@
 //! transition faces. Time linear in the patches; the levels are only read. Large levels are built by several cores
 //! (`runs.rs`), with the same result.
 
-use super::points::{Irregular, Points, Style, CORNER, FAR, INNER, NEAR};
-use super::pool::Pool;
+use super::points::{Account, Irregular, Points, Style, CORNER, FAR, INNER, NEAR};
+use super::pool::{Pool, LENT};
 use super::transition::{parts_of, standard_position, Side, EXTRA_POINTS, PARTS};
 use super::{eval, gregory, ControlPoint, DrawRange, Face, Kind, PatchTable};
 use crate::refine::{fate, Refinement, Rules};
@@ -25,19 +25,20 @@ pub fn rebuild(refinement: &Refinement, irregular: Irregular, old: PatchTable) -
 
 fn rebuild_levels(refinement: &Refinement, irregular: Irregular, old: PatchTable) -> PatchTable {
     let style = Style { corners: refinement.corners, rules: refinement.rules, irregular };
-    let mut out = Builder::new(refinement, old);
-    let mut above: Option<Points> = None;
+    let mut out = Builder::new(refinement, irregular, old);
+    let mut above: Option<Account> = None;
     let mut waiting = Vec::new();
-    for (level, fates) in refinement.levels.iter().zip(&refinement.fates) {
-        let mut points = Points::new(level, fates, style);
+    let parts = std::mem::take(&mut out.parts);
+    for ((level, fates), parts) in refinement.levels.iter().zip(&refinement.fates).zip(&parts) {
+        let account = Account::new(level, fates, style);
         if let Some(coarse) = &above {
-            points.inherit(coarse);
+            account.inherit(coarse);
             // Transition faces of the level above meet the children of their neighbours here.
-            out.transitions(&std::mem::take(&mut waiting), coarse.level(), &mut points);
+            out.transitions(&std::mem::take(&mut waiting), coarse.level, &account);
         }
-        out.faces(&mut points);
+        out.faces(&account, parts);
         waiting = std::mem::take(&mut out.waiting);
-        above = Some(points);
+        above = Some(account);
     }
     out.finish()
 }
@@ -74,209 +75,230 @@ fn bucket(kind: Kind, part: Option<usize>) -> usize {
     part.map_or(kind, |p| 2 + kind * PARTS.len() + p)
 }
 
-/// Bucket of a transition face whose parts are still to come.
-pub(super) const NO_BUCKET: u8 = u8::MAX;
+/// Indices by bucket.
+pub(super) type Counts = [u32; BUCKETS];
 
-/// What a run of faces is drawn with. The first bucket and the faces have their places in the table already.
+/// Adds what a face of this kind and turned mask is drawn with.
+pub(super) fn count_face(counts: &mut Counts, kind: Kind, mask: u8, faces: u32) {
+    if mask == 0 {
+        counts[bucket(kind, None)] += faces * kind.points() as u32;
+    } else {
+        for part in parts_of(super::transition::constellation(mask)) {
+            counts[bucket(kind, Some(part))] += faces * (kind.points() + EXTRA_POINTS) as u32;
+        }
+    }
+}
+
+/// A transition mask in standard position.
+fn turned(mask: u8, turn: u8) -> u8 {
+    (mask >> turn | mask << (4 - turn)) & 0b1111
+}
+
+fn kind_of(fate: u8, irregular: Irregular) -> Kind {
+    match fate & fate::IRREGULAR != 0 && irregular == Irregular::Gregory {
+        true => Kind::Gregory,
+        false => Kind::Bicubic,
+    }
+}
+
+/// Faces of one level, and what draws them.
+pub(super) struct Part {
+    pub faces: Range<usize>,
+    pub drawn: usize,
+    /// Indices of its whole faces, and of its transition faces, which come with the level below.
+    pub whole: Counts,
+    pub transitions: Counts,
+}
+
+impl Part {
+    fn new(level: &Level, fates: &[u8], irregular: Irregular, faces: Range<usize>) -> Part {
+        let mut alike = [0u32; 256];
+        for &fate in &fates[faces.start..faces.end.min(level.quads as usize).max(faces.start)] {
+            alike[fate as usize] += 1;
+        }
+        for f in faces.start.max(level.quads as usize)..faces.end {
+            alike[fates[f] as usize] += u32::from(level.valence(f as u32) == 4);
+        }
+        let mut part = Part { faces, drawn: 0, whole: [0; BUCKETS], transitions: [0; BUCKETS] };
+        for (fate, &faces) in (0..=u8::MAX).zip(&alike).filter(|(fate, n)| fate & fate::DRAWN != 0 && **n > 0) {
+            let mask = fate >> fate::TRANSITION;
+            let counts = if mask == 0 { &mut part.whole } else { &mut part.transitions };
+            count_face(counts, kind_of(fate, irregular), turned(mask, standard_position(mask).1), faces);
+            part.drawn += faces as usize;
+        }
+        part
+    }
+}
+
+/// A run's room in one bucket.
+#[derive(Default)]
+pub(super) struct Place<'t> {
+    /// Number of the first index, and how many there are by now.
+    first: u32,
+    made: usize,
+    list: &'t mut [u32],
+}
+
+/// What a run of faces is drawn with, each in its place in the table.
 pub(super) struct Drawn<'t> {
-    /// Whole bicubics: indices, how many there are, and the number of the first in its bucket.
-    pub plain: &'t mut [u32],
-    pub plain_made: usize,
-    pub plain_first: usize,
-    /// Faces, and the bucket of each one's first patch; a face's first index counts within the bucket until the end.
+    pub places: [Place<'t>; BUCKETS],
     pub faces: &'t mut [Face],
-    pub face_bucket: &'t mut [u8],
     pub faces_made: usize,
     pub faces_first: usize,
-    /// Index arrays by what they draw, in draw order: whole bicubic (not here), whole Gregory, bicubic parts, Gregory parts.
-    pub buckets: Vec<Vec<u32>>,
     pub waiting: Vec<Waiting>,
+    /// First and end of indices among which some are lent.
+    pub lent: Vec<(u32, u32)>,
 }
 
 impl Drawn<'_> {
-    fn emit(&mut self, kind: Kind, part: Option<usize>, ids: &[u32]) -> (u8, u32) {
-        let b = bucket(kind, part);
-        if b == 0 {
-            let at = self.plain_made;
-            self.plain[at..at + 16].copy_from_slice(ids);
-            self.plain_made += 16;
-            return (0, (self.plain_first + at) as u32);
+    #[inline(always)]
+    fn emit(&mut self, kind: Kind, part: Option<usize>, ids: &[u32]) -> u32 {
+        let place = &mut self.places[bucket(kind, part)];
+        let at = place.made;
+        place.list[at..at + ids.len()].copy_from_slice(ids);
+        place.made += ids.len();
+        let first = place.first + at as u32;
+        if ids.iter().fold(0, |all, i| all | i) & LENT != 0 {
+            self.lent.push((first, first + ids.len() as u32));
         }
-        let at = self.buckets[b].len() as u32;
-        self.buckets[b].extend_from_slice(ids);
-        (b as u8, at)
+        first
     }
 
-    fn push(&mut self, face: Face, (bucket, first): (u8, u32)) {
-        self.faces[self.faces_made] = Face { first, ..face };
-        self.face_bucket[self.faces_made] = bucket;
+    #[inline(always)]
+    fn push(&mut self, face: Face) {
+        self.faces[self.faces_made] = face;
         self.faces_made += 1;
+    }
+
+    /// Whether everything that was counted is there.
+    pub fn is_full(&self) -> bool {
+        self.faces_made == self.faces.len() && self.places.iter().all(|p| p.made == p.list.len())
     }
 }
 
-/// The table so far. Of the arrays as much is in use as `used` says; the rest is memory.
+/// Cuts the next places out of the table's indices, for runs in order.
+pub(super) fn places<'t>(indices: &'t mut [u32], next: &mut Counts, counts: &[&Counts]) -> Vec<[Place<'t>; BUCKETS]> {
+    let mut all: Vec<[Place; BUCKETS]> = counts.iter().map(|_| std::array::from_fn(|_| Place::default())).collect();
+    let (mut rest, mut at) = (indices, 0);
+    for b in 0..BUCKETS {
+        for (places, counts) in all.iter_mut().zip(counts).filter(|(_, counts)| counts[b] > 0) {
+            // Another level's.
+            front(&mut rest, (next[b] - at) as usize);
+            places[b] = Place { first: next[b], made: 0, list: front(&mut rest, counts[b] as usize) };
+            next[b] += counts[b];
+            at = next[b];
+        }
+    }
+    all
+}
+
+/// Takes the first `n` items away.
+pub(super) fn front<'t, T>(items: &mut &'t mut [T], n: usize) -> &'t mut [T] {
+    let (front, rest) = std::mem::take(items).split_at_mut(n);
+    *items = rest;
+    front
+}
+
+/// The table so far. What is counted has its place from the start; of the arrays as much is in use as was made.
 pub(super) struct Builder {
     pub control: Vec<ControlPoint>,
     pub indices: Vec<u32>,
     pub faces: Vec<Face>,
-    pub face_bucket: Vec<u8>,
-    /// Control points, indices of whole bicubics, and faces. Of control points it does not count those of a single run.
-    pub used: [usize; 3],
+    /// Control points, if several cores build, and faces so far.
+    pub used: [usize; 2],
+    /// Where the next index of each bucket goes.
+    pub next: Counts,
+    /// For each level its faces in runs: the quads and after them the shrunk faces.
+    pub parts: Vec<[Vec<Part>; 2]>,
     /// Whether several cores build.
-    pub several: bool,
-    /// As in [`Drawn`].
-    pub buckets: Vec<Vec<u32>>,
+    several: bool,
     pub waiting: Vec<Waiting>,
-    /// Per bucket: (level, first index) wherever the level changes.
-    starts: Vec<Vec<(u32, u32)>>,
     ranges: Vec<DrawRange>,
 }
 
 impl Builder {
-    fn new(refinement: &Refinement, old: PatchTable) -> Self {
-        let drawn = |fates: &Vec<u8>| fates.iter().filter(|&f| f & fate::DRAWN != 0).count();
-        let drawn: usize = refinement.fates.iter().map(drawn).sum();
+    fn new(refinement: &Refinement, irregular: Irregular, old: PatchTable) -> Self {
+        let several = threads::several(refinement.fates.iter().map(Vec::len).sum());
+        let parts_of_level = |(level, fates): (&Level, &Vec<u8>)| {
+            let (quads, faces) = (level.quads as usize, level.faces());
+            // Shrunk faces touch nothing but quads, which may be in any run: those come first.
+            [0..quads, quads..faces].map(|list| {
+                let shifted = |r: Range<usize>| list.start + r.start..list.start + r.end;
+                let runs: Vec<_> = threads::pieces(list.len()).into_iter().map(shifted).collect();
+                threads::each(runs, |faces| Part::new(level, fates, irregular, faces))
+            })
+        };
+        let parts: Vec<[Vec<Part>; 2]> = refinement.levels.iter().zip(&refinement.fates).map(parts_of_level).collect();
         let PatchTable { mut control, mut indices, mut ranges, mut faces, .. } = old;
-        let several = threads::several(drawn);
+        let drawn = parts.iter().flatten().flatten().map(|part| part.drawn).sum();
+        ranges.clear();
+        let next = layout(&refinement.levels, &parts, &mut ranges);
         if !several {
             control.clear();
-            control.reserve(12 * drawn);
+            control.reserve(10 * drawn);
         } else if control.capacity() < 9 * drawn {
             // Zeros from the system come page by page to the core that writes there first.
             control = vec![[0.0; 8]; 12 * drawn];
         }
-        if indices.len() < 16 * drawn {
-            indices = vec![0; 16 * drawn];
+        let count = ranges.iter().map(|r| r.count as usize * r.stride()).sum();
+        if indices.len() < count && indices.capacity() < count {
+            indices = vec![0; count];
         }
+        indices.resize(count, 0);
         let nothing =
             Face { level: 0, name: 0, turn: 0, kind: Kind::Bicubic, irregular: false, transition: 0, first: 0 };
         faces.resize(drawn, nothing);
-        ranges.clear();
-        Builder {
-            control,
-            indices,
-            faces,
-            face_bucket: vec![0; drawn],
-            used: [0; 3],
-            several,
-            buckets: vec![Vec::new(); BUCKETS],
-            waiting: Vec::new(),
-            starts: vec![Vec::new(); BUCKETS],
-            ranges,
-        }
+        Builder { control, indices, faces, used: [0; 2], next, parts, several, waiting: Vec::new(), ranges }
     }
 
     /// Draws the faces of a level but for its transition faces, which wait.
-    fn faces(&mut self, points: &mut Points) {
-        let before = self.lengths();
+    fn faces(&mut self, account: &Account, parts: &[Vec<Part>; 2]) {
         if self.several {
-            self.faces_in_runs(points);
-        } else {
-            let all = 0..points.level().faces();
-            let (mut drawn, control) = self.all();
-            Run { points, pool: control, drawn: &mut drawn }.faces(all);
-            let Drawn { plain_made, faces_made, buckets, waiting, .. } = drawn;
-            self.take(plain_made, faces_made, buckets, waiting);
+            parts.iter().for_each(|parts| self.faces_in_runs(account, parts));
+            return;
         }
-        self.note_starts(before, points.level().level);
+        for part in parts.iter().flatten() {
+            let mut faces = &mut self.faces[self.used[1]..];
+            let places = places(&mut self.indices, &mut self.next, &[&part.whole]).pop().expect("one run");
+            let mut drawn = Drawn {
+                places,
+                faces: front(&mut faces, part.drawn),
+                faces_made: 0,
+                faces_first: self.used[1],
+                waiting: Vec::new(),
+                lent: Vec::new(),
+            };
+            let mut points = Points::new(account);
+            Run { points: &mut points, pool: &mut self.control, drawn: &mut drawn }.faces(part.faces.clone());
+            assert!(drawn.is_full(), "a run draws what was counted");
+            self.used[1] += part.drawn;
+            self.waiting.append(&mut drawn.waiting);
+        }
     }
 
-    /// Draws what has waited; `fine` are the points of the level below.
-    fn transitions(&mut self, waiting: &[Waiting], coarse: &Level, fine: &mut Points) {
-        let before = self.lengths();
+    /// Draws what has waited; `fine` is the account of the level below.
+    fn transitions(&mut self, waiting: &[Waiting], coarse: &Level, fine: &Account) {
         if self.several {
-            self.transitions_in_runs(waiting, coarse, fine);
-        } else {
-            let (mut drawn, control) = self.all();
-            let mut places = Vec::with_capacity(waiting.len());
-            for face in waiting {
-                let mut run = Run { points: fine, pool: control, drawn: &mut drawn };
-                let (place, splits) = run.transition(face, coarse);
-                places.push(place);
-                note_splits(face, coarse, &splits, fine);
-            }
-            let Drawn { buckets, .. } = drawn;
-            self.take(0, 0, buckets, Vec::new());
-            for (face, place) in waiting.iter().zip(places) {
-                self.place(face.index, place);
-            }
+            return self.transitions_in_runs(waiting, coarse, fine);
         }
-        self.note_starts(before, coarse.level);
-    }
-
-    /// A single run, which has all that is left.
-    fn all(&mut self) -> (Drawn<'_>, &mut Vec<ControlPoint>) {
-        let [_, indices, faces] = self.used;
-        let drawn = Drawn {
-            plain: &mut self.indices[indices..],
-            plain_made: 0,
-            plain_first: indices,
-            faces: &mut self.faces[faces..],
-            face_bucket: &mut self.face_bucket[faces..],
-            faces_made: 0,
-            faces_first: faces,
-            buckets: std::mem::take(&mut self.buckets),
-            waiting: Vec::new(),
-        };
-        (drawn, &mut self.control)
-    }
-
-    fn take(&mut self, indices: usize, faces: usize, buckets: Vec<Vec<u32>>, waiting: Vec<Waiting>) {
-        (self.buckets, self.waiting) = (buckets, waiting);
-        self.used[1] += indices;
-        self.used[2] += faces;
-    }
-
-    /// Where the parts of a transition face begin.
-    pub(super) fn place(&mut self, face: usize, (bucket, first): (u8, u32)) {
-        self.face_bucket[face] = bucket;
-        self.faces[face].first = first;
-    }
-
-    fn lengths(&self) -> [usize; BUCKETS] {
-        std::array::from_fn(|b| if b == 0 { self.used[1] } else { self.buckets[b].len() })
-    }
-
-    fn note_starts(&mut self, before: [usize; BUCKETS], level: u32) {
-        for (b, (before, now)) in before.into_iter().zip(self.lengths()).enumerate() {
-            if now > before {
-                self.starts[b].push((level, before as u32));
-            }
+        let counts = waiting_counts(waiting);
+        let places = places(&mut self.indices, &mut self.next, &[&counts]).pop().expect("one run");
+        let mut drawn =
+            Drawn { places, faces: &mut [], faces_made: 0, faces_first: 0, waiting: Vec::new(), lent: Vec::new() };
+        let mut points = Points::new(fine);
+        for face in waiting {
+            let mut run = Run { points: &mut points, pool: &mut self.control, drawn: &mut drawn };
+            self.faces[face.index].first = run.transition(face, coarse);
         }
     }
 
     fn finish(mut self) -> PatchTable {
-        // The whole bicubics are most of the table: their array becomes the table's.
-        let lengths = self.lengths();
-        let mut indices = self.indices;
-        indices.truncate(self.used[1]);
-        self.faces.truncate(self.used[2]);
-        let mut base = [0; BUCKETS];
-        for (b, (ids, starts)) in self.buckets.into_iter().zip(&self.starts).enumerate() {
-            let (kind, part) = match b {
-                0 => (Kind::Bicubic, None),
-                1 => (Kind::Gregory, None),
-                _ if b < 2 + PARTS.len() => (Kind::Bicubic, Some((b - 2) as u8)),
-                _ => (Kind::Gregory, Some((b - 2 - PARTS.len()) as u8)),
-            };
-            let at = if b == 0 { 0 } else { indices.len() as u32 };
-            base[b] = at;
-            for (i, &(level, first)) in starts.iter().enumerate() {
-                let stop = starts.get(i + 1).map_or(lengths[b] as u32, |s| s.1);
-                let mut range = DrawRange { kind, part, level, first: at + first, count: 0 };
-                range.count = (stop - first) / range.stride() as u32;
-                self.ranges.push(range);
-            }
-            threads::extend(&mut indices, &ids, |i| i);
-        }
-        let buckets = &self.face_bucket;
-        threads::update(&mut self.faces, |i, face| face.first += base[buckets[i] as usize]);
         if self.several {
             self.control.truncate(self.used[0]);
         }
         PatchTable {
             control: self.control,
-            indices,
+            indices: self.indices,
             ranges: self.ranges,
             faces: self.faces,
             colour: Default::default(),
@@ -284,15 +306,36 @@ impl Builder {
     }
 }
 
-/// The level below shares what a transition face made of its edges.
-pub(super) fn note_splits(face: &Waiting, coarse: &Level, splits: &Splits, fine: &mut Points) {
-    // The authors' halves are the face's own.
-    if fine.style().rules == Rules::Gradtess {
-        for i in (0..4).filter(|i| face.mask >> i & 1 == 1) {
-            let [first, second] = halves(coarse, face.half_edges[i]);
-            fine.note_split(first, second, splits[i]);
+/// Indices of transition faces.
+pub(super) fn waiting_counts(waiting: &[Waiting]) -> Counts {
+    let mut counts = [0; BUCKETS];
+    waiting.iter().for_each(|face| count_face(&mut counts, face.kind, face.mask, 1));
+    counts
+}
+
+/// The draw ranges, bucket by bucket and in each level by level, and where the indices of each bucket begin.
+fn layout(levels: &[Level], parts: &[[Vec<Part>; 2]], ranges: &mut Vec<DrawRange>) -> Counts {
+    let mut next = [0; BUCKETS];
+    let mut first = 0;
+    for (b, next) in next.iter_mut().enumerate() {
+        *next = first;
+        let (kind, part) = match b {
+            0 => (Kind::Bicubic, None),
+            1 => (Kind::Gregory, None),
+            _ if b < 2 + PARTS.len() => (Kind::Bicubic, Some((b - 2) as u8)),
+            _ => (Kind::Gregory, Some((b - 2 - PARTS.len()) as u8)),
+        };
+        for (level, parts) in levels.iter().zip(parts) {
+            let n: u32 = parts.iter().flatten().map(|p| p.whole[b] + p.transitions[b]).sum();
+            if n > 0 {
+                let mut range = DrawRange { kind, part, level: level.level, first, count: 0 };
+                range.count = n / range.stride() as u32;
+                ranges.push(range);
+                first += n;
+            }
         }
     }
+    next
 }
 
 /// Half-edges of the level below along `h`.
@@ -309,8 +352,8 @@ pub(super) struct Run<'r, 'a, 't, P: Pool> {
 
 impl<P: Pool> Run<'_, '_, '_, P> {
     pub fn faces(&mut self, faces: Range<usize>) {
-        let fates = self.points.fates();
-        let level = self.points.level();
+        let fates = self.points.account.fates;
+        let level = self.points.account.level;
         for f in faces {
             let fate = fates[f];
             if fate & fate::DRAWN != 0 && level.valence(f as u32) == 4 {
@@ -322,12 +365,13 @@ impl<P: Pool> Run<'_, '_, '_, P> {
     /// Makes a face's control points; draws it unless it has to wait for the level below.
     fn face(&mut self, f: u32, fate: u8) {
         let points = &mut *self.points;
-        let level = points.level();
+        let level = points.account.level;
         let mask = fate >> fate::TRANSITION;
-        if mask == 0 && points.is_plain(f) {
+        let plain = points.account.is_plain(f);
+        if mask == 0 && plain {
             // Most faces of most scenes.
             let ids = points.plain_face(f, self.pool);
-            let face = Face {
+            let mut face = Face {
                 level: level.level,
                 name: level.face[f as usize],
                 turn: 0,
@@ -336,18 +380,17 @@ impl<P: Pool> Run<'_, '_, '_, P> {
                 transition: 0,
                 first: 0,
             };
-            let first = self.drawn.emit(Kind::Bicubic, None, &ids);
-            self.drawn.push(face, first);
+            face.first = self.drawn.emit(Kind::Bicubic, None, &ids);
+            self.drawn.push(face);
             return;
         }
         let (_, turn) = standard_position(mask);
         let first = level.first(f);
         let half_edges = [0, 1, 2, 3].map(|i| first + ((i + u32::from(turn)) & 3));
-        let gregory = fate & fate::IRREGULAR != 0 && points.style().irregular == Irregular::Gregory;
-        let kind = if gregory { Kind::Gregory } else { Kind::Bicubic };
+        let kind = kind_of(fate, points.account.style.irregular);
 
         let mut ids = [0u32; 20];
-        if points.is_plain(f) {
+        if plain {
             let plain = points.plain_face(f, self.pool);
             for i in 0..4 {
                 let from = (i + turn as usize) & 3;
@@ -360,7 +403,7 @@ impl<P: Pool> Run<'_, '_, '_, P> {
                 ids[CORNER[i]] = points.corner(h, self.pool);
                 [ids[NEAR[i]], ids[FAR[i]]] = points.edge(h, self.pool);
             }
-            if gregory {
+            if kind == Kind::Gregory {
                 self.gregory_points(&half_edges, &mut ids);
             } else {
                 for (i, &h) in half_edges.iter().enumerate() {
@@ -369,29 +412,28 @@ impl<P: Pool> Run<'_, '_, '_, P> {
             }
         }
 
-        let face = Face {
+        let mut face = Face {
             level: level.level,
             name: level.face[f as usize],
             turn,
             kind,
             irregular: fate & fate::IRREGULAR != 0,
-            transition: (mask >> turn | mask << (4 - turn)) & 0b1111,
+            transition: turned(mask, turn),
             first: 0,
         };
         if mask == 0 {
-            let first = self.drawn.emit(kind, None, &ids[..kind.points()]);
-            self.drawn.push(face, first);
+            face.first = self.drawn.emit(kind, None, &ids[..kind.points()]);
         } else {
             let index = self.drawn.faces_first + self.drawn.faces_made;
             self.drawn.waiting.push(Waiting { index, half_edges, points: ids, kind, mask: face.transition });
-            self.drawn.push(face, (NO_BUCKET, 0));
         }
+        self.drawn.push(face);
     }
 
     fn gregory_points(&mut self, half_edges: &[u32; 4], ids: &mut [u32; 20]) {
         let points = &mut *self.points;
         let valence = half_edges.map(|h| points.gregory_valence(h));
-        let centroids = gregory::centroids(points.level(), points.level().face_of(half_edges[0]));
+        let centroids = gregory::centroids(points.account.level, points.account.level.face_of(half_edges[0]));
         for i in 0..4 {
             let (next, prev) = ((i + 1) & 3, (i + 3) & 3);
             let at = |slot: usize| self.pool.at(ids[slot]);
@@ -416,27 +458,29 @@ impl<P: Pool> Run<'_, '_, '_, P> {
         }
     }
 
-    /// Draws a transition face as the parts of its constellation, `points` being those of the level below: the place of the
-    /// first part, and what was made of its edges.
-    pub fn transition(&mut self, face: &Waiting, coarse: &Level) -> ((u8, u32), Splits) {
+    /// Draws a transition face as the parts of its constellation, `points` being those of the level below, which shares
+    /// what becomes of its edges. Where the first part is.
+    pub fn transition(&mut self, face: &Waiting, coarse: &Level) -> u32 {
         let (kind, mask) = (face.kind, face.mask);
         let constellation = super::transition::constellation(mask);
         let corner = CORNER.map(|slot| face.points[slot]);
-        let mut split = [[0u32; 5]; 4];
+        let mut split: Splits = [[0; 5]; 4];
         for i in 0..4 {
             if mask >> i & 1 == 0 {
                 continue;
             }
-            split[i] = match self.points.style().rules {
+            split[i] = match self.points.account.style.rules {
                 Rules::Gradtess => {
                     // Nobody else asks for these before: the face's is the only coarse side of the edge.
                     let [first, second] = halves(coarse, face.half_edges[i]);
                     let [a, b] = self.points.edge_values(first, None);
                     let middle = self.points.corner_value(first + 1, None);
                     let [c, d] = self.points.edge_values(second, None);
-                    [a, b, middle, c, d].map(|p| self.pool.push(p))
+                    let split = [a, b, middle, c, d].map(|p| self.pool.push(p));
+                    self.points.account.note_split(first, second, split);
+                    split
                 }
-                // Without grading the neighbour's own edges may not be drawn either: the face's curve is halved.
+                // The authors' halves are the face's own. Without grading the neighbour's own edges may not be drawn either: the face's curve is halved.
                 Rules::Authors => {
                     self.halve([corner[i], face.points[NEAR[i]], face.points[FAR[i]], corner[(i + 1) & 3]])
                 }
@@ -476,7 +520,7 @@ impl<P: Pool> Run<'_, '_, '_, P> {
             let first = self.drawn.emit(kind, Some(part), &ids[..points + EXTRA_POINTS]);
             place.get_or_insert(first);
         }
-        (place.expect("a transition edge makes parts"), split)
+        place.expect("a transition edge makes parts")
     }
 
     /// Halves a cubic: near, far, middle, near, far. All channels.

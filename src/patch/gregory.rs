@@ -70,8 +70,8 @@ pub(super) fn face_points(
     valence: [[f64; 2]; 2],
     centroids: &Centroids,
 ) -> ControlPoint {
-    let level = points.level();
-    let control_vertex = points.style().rules == Rules::Authors;
+    let level = points.account.level;
+    let control_vertex = points.account.style.rules == Rules::Authors;
     let edge = if reverse { level.prev(h) } else { h };
     let own = if reverse { level.next(h) } else { level.prev(h) };
     let end = if reverse { edge } else { level.next(h) };

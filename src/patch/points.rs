@@ -20,6 +20,9 @@ use crate::subdiv::fan::{colour_fan, position_fan, Fan, Linear};
 use crate::subdiv::level::{vertex_bits, Level, Value, CUT};
 use crate::subdiv::limit;
 use glam::{DVec2, DVec4};
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use vertex_bits::{BOUNDARY, DART, EXTRAORDINARY, SECTORS};
 
 /// What draws irregular faces.
@@ -43,28 +46,50 @@ pub struct Style {
     pub irregular: Irregular,
 }
 
-/// Control points of one level, as far as they have been asked for.
-pub struct Points<'a> {
-    level: &'a Level,
-    fates: &'a [u8],
-    style: Style,
-    /// Which run of faces these points are made for, and its first half-edge; 0 for all faces of the level.
-    run: u8,
-    first: u32,
-    /// Run that makes the corner of each tint; empty for all faces of the level.
-    maker: &'a [u8],
+/// Which control points of one level are there, by number. Runs of faces write here at the same time, each what it makes.
+pub struct Account<'a> {
+    pub(super) level: &'a Level,
+    /// Fates of the level's faces.
+    pub(super) fates: &'a [u8],
+    pub(super) style: Style,
     /// Corner point of each tint.
-    corner: Vec<u32>,
+    corner: Vec<AtomicU32>,
     /// A control point that has each vertex's limit position.
-    place: Vec<u32>,
-    /// The inner points of each half-edge's edge, from `first` on, as its own face has them, see [`pair`].
-    edge: Vec<u32>,
+    place: Vec<AtomicU32>,
+    /// The inner points of each half-edge's edge, as its own face has them, see [`pair`].
+    edge: Vec<AtomicU32>,
+}
+
+/// Control points of one level as a run of faces makes them.
+pub struct Points<'a> {
+    pub(super) account: &'a Account<'a>,
+    level: &'a Level,
+    style: Style,
+    own: Own,
+    /// Corners of earlier runs: tint and lent number.
+    lent: HashMap<u32, u32>,
     positions: Fan<DVec2>,
     colours: Fan<DVec4>,
     /// Vertex and tint that the fans were last gathered for.
     fan_vertex: u32,
     fan_tint: u32,
 }
+
+/// What belongs to a run of faces. Numbers of other runs' points may or may not be in the account yet, so nobody looks at
+/// them before all are done.
+#[derive(Clone, Debug)]
+pub(super) struct Own {
+    /// Half-edges of its faces; later ones up to `beyond` are those of other runs.
+    pub half_edges: Range<u32>,
+    pub beyond: u32,
+    /// Points that were there before any run began have lower numbers than these.
+    pub before: u32,
+    /// Points of its own.
+    pub points: Range<u32>,
+}
+
+/// Of a corner that is not there yet, but was counted.
+const COUNTED: u32 = NONE - 1;
 
 /// Says of an edge that its two points, which follow each other, run against its half-edge.
 const REVERSED: u32 = 1 << 31;
@@ -122,6 +147,25 @@ fn border_edge<V: Linear>(v: V, w: V) -> V {
 }
 
 impl<'a> Points<'a> {
+    /// Everything on the account is final, and so is what is made.
+    pub fn new(account: &'a Account<'a>) -> Self {
+        Points::of_run(account, Own { half_edges: 0..NONE, beyond: NONE, before: COUNTED, points: 0..0 })
+    }
+
+    pub(super) fn of_run(account: &'a Account<'a>, own: Own) -> Self {
+        Points {
+            account,
+            level: account.level,
+            style: account.style,
+            own,
+            lent: HashMap::new(),
+            positions: Fan::default(),
+            colours: Fan::default(),
+            fan_vertex: NONE,
+            fan_tint: NONE,
+        }
+    }
+
     fn bits(&self, h: u32) -> u8 {
         self.level.bits[self.level.origin[h as usize] as usize]
     }
@@ -148,18 +192,33 @@ impl<'a> Points<'a> {
 
     /// The corner of the surface at the origin of `h`, in the colour of the corner's sector.
     pub fn corner(&mut self, h: u32, pool: &mut impl Pool) -> u32 {
-        let made = self.corner[self.level.tint[h as usize] as usize];
+        let made = self.corner_of(self.level.tint[h as usize]);
         if made != NONE {
             return made;
         }
-        let known = self.place[self.level.origin[h as usize] as usize];
+        let lends = self.is_of_earlier(h);
+        if lends {
+            if let Some(&lent) = self.lent.get(&self.level.tint[h as usize]) {
+                return lent;
+            }
+        }
+        let known = self.place_of(self.level.origin[h as usize]);
         let known = (known != NONE).then(|| position_of(pool.at(known)));
         let point = self.corner_value(h, known);
-        let index = match self.corner_maker(self.level.tint[h as usize]) {
-            None => pool.push(point),
-            Some(maker) => pool.lend(&[point], Lent(maker)),
-        };
-        self.note_corner(h, index);
+        self.add_corner(h, point, lends, pool)
+    }
+
+    /// The new corner at the origin of `h`, which is lent if an earlier run makes it.
+    #[inline(always)]
+    fn add_corner(&mut self, h: u32, point: ControlPoint, lends: bool, pool: &mut impl Pool) -> u32 {
+        if lends {
+            let tint = self.level.tint[h as usize];
+            let index = pool.lend(&[point], Lent(Maker::Corner(tint)));
+            self.lent.insert(tint, index);
+            return index;
+        }
+        let index = pool.push(point);
+        self.account.note_corner(h, index);
         index
     }
 
@@ -209,21 +268,33 @@ impl<'a> Points<'a> {
         (level.at(level.next(first)) + level.at(level.prev(last))) * (1.0 / 6.0) + level.at(h) * (4.0 / 6.0)
     }
 
-    /// Whether [`Points::plain_face`] serves face `f`: a quad among quads, everything regular at its corners.
-    pub fn is_plain(&self, f: u32) -> bool {
-        let level = self.level;
+    /// All control points of a plain face ([`Account::is_plain`]), in the order of [`super`], corner A at its first half-edge.
+    #[inline(always)]
+    pub fn plain_face(&mut self, f: u32, pool: &mut impl Pool) -> [u32; 16] {
         // Above level 0 all faces are quads, four half-edges each, and stepping through a face is bit arithmetic.
-        level.level > 0
-            && Level::quad(&level.origin, f).iter().fold(0, |bits, &v| bits | level.bits[v as usize]) & !BOUNDARY == 0
+        if self.level.level == 0 {
+            self.plain_face_by(f, pool, |level, h| level.next(h), |level, h| level.prev(h))
+        } else {
+            self.plain_face_by(f, pool, |_, h| (h & !3) | ((h + 1) & 3), |_, h| (h & !3) | ((h + 3) & 3))
+        }
     }
 
-    /// All control points of a plain face, in the order of [`super`], corner A at its first half-edge.
-    pub fn plain_face(&mut self, f: u32, pool: &mut impl Pool) -> [u32; 16] {
+    #[inline(always)]
+    fn plain_face_by(
+        &mut self,
+        f: u32,
+        pool: &mut impl Pool,
+        next: impl Fn(&Level, u32) -> u32,
+        prev: impl Fn(&Level, u32) -> u32,
+    ) -> [u32; 16] {
         const BEFORE: [usize; 4] = [3, 0, 1, 2];
         let level = self.level;
-        let (opposite, prev) = (|h: u32| h ^ 2, |h: u32| (h & !3) | ((h + 3) & 3));
-        let origin = Level::quad(&level.origin, f);
-        let twin = Level::quad(&level.twin, f);
+        let opposite = |h: u32| next(level, next(level, h));
+        let prev = |h: u32| prev(level, h);
+        let first = level.first(f);
+        let of_face =
+            |array: &[u32]| -> [u32; 4] { array[first as usize..first as usize + 4].try_into().expect("four corners") };
+        let (origin, twin) = (of_face(&level.origin), of_face(&level.twin));
         // A vertex without colour sectors has the tint of its own number.
         let at = |i: usize| level.value[origin[i] as usize];
         let q = [at(0), at(1), at(2), at(3)];
@@ -238,10 +309,10 @@ impl<'a> Points<'a> {
         }
 
         for i in 0..4 {
-            let h = 4 * f + i as u32;
+            let h = first + i as u32;
             let t = twin[i];
             let (v, ahead, across, behind) = (q[i], q[(i + 1) & 3], q[(i + 2) & 3], q[BEFORE[i]]);
-            let mut edge = self.edge[(h - self.first) as usize];
+            let mut edge = self.account.edge[h as usize].load(Relaxed);
             if edge == NONE {
                 let points = if t < CUT {
                     let beside = behind + level.at(opposite(t));
@@ -251,7 +322,7 @@ impl<'a> Points<'a> {
                     [border_edge(v, ahead), border_edge(ahead, v)]
                 };
                 let points = points.map(control);
-                if t < self.first && self.draws(level.face_of(t)) {
+                if t < self.own.half_edges.start && self.account.draws(level.face_of(t)) {
                     edge = pool.lend(&points, Lent(Maker::Edge(t)));
                 } else {
                     edge = pool.push(points[0]);
@@ -260,24 +331,23 @@ impl<'a> Points<'a> {
                         self.set_edge(t, (edge + 1) | REVERSED);
                     }
                 }
-                self.edge[(h - self.first) as usize] = edge;
+                self.account.edge[h as usize].store(edge, Relaxed);
             }
-            let mut corner = self.corner[origin[i] as usize];
+            let mut corner = self.corner_of(origin[i]);
             if corner == NONE {
                 let after = twin[BEFORE[i]];
-                if level.bits[origin[i] as usize] != 0 || self.place[origin[i] as usize] != NONE {
+                if level.bits[origin[i] as usize] != 0 || self.place_of(origin[i]) != NONE {
                     corner = self.corner(h, pool);
                 } else {
                     let last = level.twin[prev(after) as usize];
-                    let spokes = (ahead + level.at(prev(after))) + (behind + level.at(opposite(t)));
-                    let corners = (across + level.at(opposite(last))) + (level.at(opposite(after)) + level.at(prev(t)));
-                    let point = control(regular_vertex(v, spokes, corners));
-                    corner = match self.corner_maker(origin[i]) {
-                        None => pool.push(point),
-                        Some(maker) => pool.lend(&[point], Lent(maker)),
-                    };
-                    self.corner[origin[i] as usize] = corner;
-                    self.place[origin[i] as usize] = corner;
+                    let lends = t.min(after).min(last) < self.own.half_edges.start && self.is_of_earlier(h);
+                    let known = if lends { self.lent.get(&origin[i]).copied() } else { None };
+                    corner = known.unwrap_or_else(|| {
+                        let spokes = (ahead + level.at(prev(after))) + (behind + level.at(opposite(t)));
+                        let corners =
+                            (across + level.at(opposite(last))) + (level.at(opposite(after)) + level.at(prev(t)));
+                        self.add_corner(h, control(regular_vertex(v, spokes, corners)), lends, pool)
+                    });
                 }
             }
             ids[CORNER[i]] = corner;
@@ -323,7 +393,10 @@ impl<'a> Points<'a> {
         }
         let first = pool.push(points[0]);
         pool.push(points[1]);
-        self.note_edge(h, first);
+        self.set_edge(h, first);
+        if !self.level.colour_border(h) {
+            self.set_edge(self.level.twin[h as usize], (first + 1) | REVERSED);
+        }
         [first, first + 1]
     }
 
@@ -429,21 +502,6 @@ impl<'a> Points<'a> {
         control(Value { p, c: q })
     }
 
-    /// Fates of the level's faces.
-    pub fn fates(&self) -> &'a [u8] {
-        self.fates
-    }
-
-    /// How these points are made.
-    pub fn style(&self) -> Style {
-        self.style
-    }
-
-    /// The level these points belong to.
-    pub fn level(&self) -> &'a Level {
-        self.level
-    }
-
     /// Valence that Gregory points count with at the origin of `h`, for positions and for colours: edges inside,
     /// `2 k` for k faces on a border, 4 at a corner.
     pub fn gregory_valence(&mut self, h: u32) -> [f64; 2] {
@@ -454,19 +512,6 @@ impl<'a> Points<'a> {
         self.colour_fan(h);
         [fan_valence(&self.positions), fan_valence(&self.colours)]
     }
-}
-
-/// What a run of faces will make.
-#[derive(Default)]
-pub(super) struct Counts {
-    /// Faces drawn.
-    pub faces: usize,
-    /// Those drawn by a whole bicubic.
-    pub plain: usize,
-    /// Control points without corners.
-    pub points: usize,
-    /// Each tint: whether a face has its corner.
-    seen: Vec<bool>,
 }
 
 /// One end of an inner edge, with what a regular edge point depends on.

@@ -12,8 +12,8 @@ pub(super) const LENT: u32 = 1 << 30;
 /// Who makes what was lent.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Maker {
-    /// The corner of this tint, made by that run.
-    Corner(u32, u8),
+    /// Somebody makes the corner of this tint.
+    Corner(u32),
     /// The face of this half-edge makes the two points of its edge; lent are the near and the far one of its twin.
     Edge(u32),
 }

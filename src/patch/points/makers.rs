@@ -1,228 +1,204 @@
-//! Who makes a control point: the coarsest face drawn, and of several cores that refine runs of faces the first.
+//! Who makes a control point: the coarsest face drawn, and of several cores that build runs of faces the first.
 
-use super::super::pool::{Maker, LENT};
-use super::super::runs::own;
-use super::{pair, Counts, Irregular, Points, Style, REVERSED};
+use super::super::pool::Maker;
+use super::{pair, Account, Irregular, Own, Points, Style, COUNTED, REVERSED};
 use crate::mesh::NONE;
 use crate::refine::fate;
-use crate::subdiv::fan::Fan;
-use crate::subdiv::level::{Level, CUT};
+use crate::subdiv::level::{vertex_bits::BOUNDARY, Level, CUT};
 use crate::threads;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-impl<'a> Points<'a> {
+impl<'a> Account<'a> {
     /// Nothing made yet. `fates` are those of the level's faces.
     pub fn new(level: &'a Level, fates: &'a [u8], style: Style) -> Self {
-        Points {
-            corner: vec![NONE; level.value.len()],
-            place: vec![NONE; level.vertices()],
-            edge: vec![NONE; level.half_edges()],
-            ..Points::bare(level, fates, style)
-        }
-    }
-
-    /// For values only: keeps no account of what is made.
-    pub(in crate::patch) fn bare(level: &'a Level, fates: &'a [u8], style: Style) -> Self {
-        Points {
+        let nothing = |n: usize| (0..n).map(|_| AtomicU32::new(NONE)).collect();
+        Account {
             level,
             fates,
             style,
-            run: 0,
-            first: 0,
-            maker: &[],
-            corner: Vec::new(),
-            place: Vec::new(),
-            edge: Vec::new(),
-            positions: Fan::default(),
-            colours: Fan::default(),
-            fan_vertex: NONE,
-            fan_tint: NONE,
+            corner: nothing(level.value.len()),
+            place: nothing(level.vertices()),
+            edge: nothing(level.half_edges()),
         }
-    }
-
-    /// The same account for run number `run`, of these faces; `maker` is the run that makes the corner of each tint.
-    pub(in crate::patch) fn of_run<'b>(&self, run: u8, faces: &Range<usize>, maker: &'b [u8]) -> Points<'b>
-    where
-        'a: 'b,
-    {
-        let [first, end] = [faces.start, faces.end].map(|f| self.level.first(f as u32));
-        Points {
-            run,
-            first,
-            maker,
-            corner: self.corner.clone(),
-            place: self.place.clone(),
-            edge: self.edge[first as usize..end as usize].to_vec(),
-            ..Points::bare(self.level, self.fates, self.style)
-        }
-    }
-
-    /// Replaces lent numbers of edges.
-    pub(in crate::patch) fn settle_edges(&mut self, numbers: &[u32]) {
-        for e in self.edge.iter_mut().filter(|e| **e != NONE && **e & LENT != 0) {
-            // A lent pair stands in the order of its half-edge, the maker's own in that of the twin.
-            *e = own(*e & !REVERSED, numbers) | REVERSED;
-        }
-    }
-
-    /// Takes over the corners that runs made, whose numbers are final where they are not lent, and the edges that they share
-    /// with the faces `after` them.
-    pub(in crate::patch) fn merge(&mut self, runs: &[Points], after: &Range<usize>) {
-        let level = self.level;
-        if !after.is_empty() {
-            let edges = |h: u32| runs.iter().rev().find(|r| r.first <= h).map_or(NONE, |r| r.edge_of(h));
-            let [first, end] = [after.start, after.end].map(|f| level.first(f as u32));
-            threads::update(&mut self.edge[first as usize..end as usize], |i, edge| {
-                let h = first + i as u32;
-                let twin = level.twin[h as usize];
-                if twin < first && !level.colour_border(h) && *edge == NONE {
-                    *edge = match edges(twin) {
-                        NONE => NONE,
-                        e if e & REVERSED == 0 => (e + 1) | REVERSED,
-                        e => (e & !REVERSED) - 1,
-                    };
-                }
-            });
-        }
-        let final_ = |e: &u32| *e != NONE && e & LENT == 0;
-        threads::update(&mut self.corner, |i, x| *x = runs.iter().map(|r| r.corner[i]).find(final_).unwrap_or(NONE));
-        threads::update(&mut self.place, |i, x| *x = runs.iter().map(|r| r.place[i]).find(final_).unwrap_or(NONE));
     }
 
     /// Whether a face is drawn by four corners, and so makes all points of its edges and corners that are not there yet.
+    #[inline]
     pub(super) fn draws(&self, f: u32) -> bool {
         self.fates[f as usize] & fate::DRAWN != 0 && self.level.valence(f) == 4
     }
 
-    /// What a run of faces will make.
-    pub(in crate::patch) fn count(&self, faces: Range<usize>) -> Counts {
+    /// Whether [`Points::plain_face`] serves face `f`: a quad among quads, everything regular at its corners.
+    #[inline]
+    pub fn is_plain(&self, f: u32) -> bool {
         let level = self.level;
-        let mut counts = Counts { seen: vec![false; level.value.len()], ..Counts::default() };
+        // At level 0 a corner may touch a face other than a quad.
+        if self.fates[f as usize] & fate::IRREGULAR != 0 {
+            return false;
+        }
+        let first = level.first(f) as usize;
+        level.origin[first..first + 4].iter().fold(0, |bits, &v| bits | level.bits[v as usize]) & !BOUNDARY == 0
+    }
+
+    /// How many control points a run of faces will make; the runs of the level end at half-edge `own.beyond`. Marks its
+    /// corners as counted.
+    pub(in crate::patch) fn count(&self, faces: Range<usize>, start: u32) -> usize {
+        let level = self.level;
+        let mut count = 0;
         for f in (faces.start as u32..faces.end as u32).filter(|&f| self.draws(f)) {
-            let fate = self.fates[f as usize];
-            let gregory = fate & fate::IRREGULAR != 0 && self.style.irregular == Irregular::Gregory;
-            counts.faces += 1;
-            counts.plain += usize::from(!gregory && fate >> fate::TRANSITION == 0);
-            counts.points += if gregory { 8 } else { 4 };
+            let gregory = self.fates[f as usize] & fate::IRREGULAR != 0 && self.style.irregular == Irregular::Gregory;
+            count += if gregory { 8 } else { 4 };
             for h in level.of_face(f) {
                 let twin = level.twin[h as usize];
                 let made = twin < h && !level.colour_border(h) && self.draws(level.face_of(twin));
-                if !made && self.edge[h as usize] == NONE {
-                    counts.points += 2;
+                if !made && self.edge[h as usize].load(Relaxed) == NONE {
+                    count += 2;
                 }
-                counts.seen[level.tint[h as usize] as usize] = true;
+                // Those of earlier runs are left to these.
+                let corner = &self.corner[level.tint[h as usize] as usize];
+                if corner.load(Relaxed) == NONE && !self.is_of_run_before(start, h) {
+                    corner.store(COUNTED, Relaxed);
+                    count += 1;
+                }
             }
         }
-        counts
+        count
     }
 
-    /// For each tint the first run that has seen it, which makes its corner unless that is there, and how many corners
-    /// each run makes.
-    pub(in crate::patch) fn makers(&self, counts: &[Counts]) -> (Vec<u8>, Vec<usize>) {
-        let first = |tint: usize| counts.iter().position(|c| c.seen[tint]).map_or(u8::MAX, |run| run as u8);
-        let makers = threads::collect(self.corner.len(), first);
-        let of = |tints: Range<usize>| {
-            let mut corners = vec![0; counts.len()];
-            for (maker, corner) in makers[tints.clone()].iter().zip(&self.corner[tints]) {
-                if *corner == NONE && *maker != u8::MAX {
-                    corners[*maker as usize] += 1;
+    /// Whether a face before half-edge `start` makes the corner at the origin of `h`.
+    fn is_of_run_before(&self, start: u32, h: u32) -> bool {
+        if start == 0 {
+            return false;
+        }
+        let level = self.level;
+        let tint = level.tint[h as usize];
+        let makes = |s: u32| s < start && level.tint[s as usize] == tint && self.draws(level.face_of(s));
+        let mut spoke = h;
+        while let Some(s) = level.spoke_after(spoke) {
+            if s == h {
+                return false;
+            }
+            if makes(s) {
+                return true;
+            }
+            spoke = s;
+        }
+        spoke = h;
+        while let Some(s) = level.spoke_before(spoke) {
+            if makes(s) {
+                return true;
+            }
+            spoke = s;
+        }
+        false
+    }
+
+    /// Final numbers of what was lent, when all runs are done.
+    pub(in crate::patch) fn made(&self, maker: Maker) -> impl Iterator<Item = u32> {
+        let (numbers, n) = match maker {
+            Maker::Corner(tint) => ([self.corner[tint as usize].load(Relaxed), NONE], 1),
+            Maker::Edge(t) => {
+                let [near, far] = pair(self.edge[t as usize].load(Relaxed));
+                ([far, near], 2)
+            }
+        };
+        numbers.into_iter().take(n)
+    }
+
+    #[inline(always)]
+    pub(super) fn note_corner(&self, h: u32, index: u32) {
+        self.corner[self.level.tint[h as usize] as usize].store(index, Relaxed);
+        let place = &self.place[self.level.origin[h as usize] as usize];
+        if place.load(Relaxed) == NONE {
+            place.store(index, Relaxed);
+        }
+    }
+
+    /// Takes over what a coarser face made of one of its edges: near and far point of its first half, the middle, near and
+    /// far of the second; the halves are `first` and `second`.
+    pub(in crate::patch) fn note_split(&self, first: u32, second: u32, split: [u32; 5]) {
+        self.note_corner(first + 1, split[2]);
+        for (h, near) in [(first, split[0]), (second, split[3])] {
+            self.edge[h as usize].store(near, Relaxed);
+            if !self.level.colour_border(h) {
+                self.edge[self.level.twin[h as usize] as usize].store((near + 1) | REVERSED, Relaxed);
+            }
+        }
+    }
+
+    /// Takes over the corners that coarser faces made.
+    pub fn inherit(&self, coarse: &Account) {
+        threads::each(threads::pieces(coarse.level.half_edges()), |half_edges| {
+            // All corners of a vertex hand down the same, so it does not matter whose core is the last.
+            for h in half_edges.filter(|&h| coarse.level.child[h] < CUT) {
+                let first = 4 * coarse.level.child[h] as usize;
+                let place = coarse.place[coarse.level.origin[h] as usize].load(Relaxed);
+                if place < COUNTED {
+                    self.place[self.level.origin[first] as usize].store(place, Relaxed);
+                }
+                let corner = coarse.corner[coarse.level.tint[h] as usize].load(Relaxed);
+                if corner < COUNTED {
+                    self.corner[self.level.tint[first] as usize].store(corner, Relaxed);
                 }
             }
-            corners
-        };
-        let parts = threads::each(threads::pieces(makers.len()), of);
-        let corners = (0..counts.len()).map(|run| parts.iter().map(|p: &Vec<usize>| p[run]).sum()).collect();
-        (makers, corners)
+        });
+    }
+}
+
+impl Points<'_> {
+    /// The corner of a tint if it is final or this run's own.
+    #[inline(always)]
+    pub(super) fn corner_of(&self, tint: u32) -> u32 {
+        self.known(self.account.corner[tint as usize].load(Relaxed))
     }
 
-    /// An earlier run that makes the corner of `tint`.
+    /// A point at the place of a vertex, likewise.
+    #[inline(always)]
+    pub(super) fn place_of(&self, vertex: u32) -> u32 {
+        self.known(self.account.place[vertex as usize].load(Relaxed))
+    }
+
+    #[inline(always)]
+    fn known(&self, number: u32) -> u32 {
+        let Own { before, points, .. } = &self.own;
+        if number < *before || points.contains(&number) {
+            number
+        } else {
+            NONE
+        }
+    }
+
+    /// Whether an earlier run makes the corner at the origin of `h`.
     #[inline]
-    pub(super) fn corner_maker(&self, tint: u32) -> Option<Maker> {
-        let run = *self.maker.get(tint as usize)?;
-        (run < self.run).then_some(Maker::Corner(tint, run))
+    pub(super) fn is_of_earlier(&self, h: u32) -> bool {
+        self.account.is_of_run_before(self.own.half_edges.start, h)
     }
 
     /// Half-edge of the face of an earlier run that makes the points of the edge of `h`.
     #[inline]
     pub(super) fn edge_maker(&self, h: u32) -> Option<u32> {
         let twin = self.level.twin[h as usize];
-        (twin < self.first && !self.level.colour_border(h) && self.draws(self.level.face_of(twin))).then_some(twin)
+        let earlier = twin < self.own.half_edges.start && !self.level.colour_border(h);
+        (earlier && self.account.draws(self.level.face_of(twin))).then_some(twin)
     }
 
-    /// Final numbers of what `maker`, whose face is in this run, made.
-    pub(in crate::patch) fn made(&self, maker: Maker) -> impl Iterator<Item = u32> {
-        let (numbers, n) = match maker {
-            Maker::Corner(tint, _) => ([self.corner[tint as usize], NONE], 1),
-            Maker::Edge(t) => {
-                let [near, far] = pair(self.edge_of(t));
-                ([far, near], 2)
-            }
-        };
-        debug_assert!(numbers[..n].iter().all(|i| *i < LENT), "the maker is the first to make it");
-        numbers.into_iter().take(n)
-    }
-
+    /// The edge of a half-edge of its own, or one that was there before.
     #[inline]
     pub(super) fn edge_of(&self, h: u32) -> u32 {
-        self.edge.get(h.wrapping_sub(self.first) as usize).copied().unwrap_or(NONE)
+        let edge = self.account.edge[h as usize].load(Relaxed);
+        if self.own.half_edges.contains(&h) || edge & !REVERSED < self.own.before {
+            edge
+        } else {
+            NONE
+        }
     }
 
-    /// Half-edges of other runs are not accounted for.
-    #[inline]
+    /// Notes the edge of a half-edge that is its own or no run's.
+    #[inline(always)]
     pub(super) fn set_edge(&mut self, h: u32, edge: u32) {
-        if let Some(e) = self.edge.get_mut(h.wrapping_sub(self.first) as usize) {
-            *e = edge;
-        }
-    }
-
-    /// An edge's two points, which are final, are from now on those of `h` and of the face across unless a border runs
-    /// along it.
-    pub(super) fn note_edge(&mut self, h: u32, first: u32) {
-        self.set_edge(h, first);
-        if !self.level.colour_border(h) {
-            self.set_edge(self.level.twin[h as usize], (first + 1) | REVERSED);
-        }
-    }
-
-    pub(super) fn note_corner(&mut self, h: u32, index: u32) {
-        self.corner[self.level.tint[h as usize] as usize] = index;
-        let place = &mut self.place[self.level.origin[h as usize] as usize];
-        if *place == NONE {
-            *place = index;
-        }
-    }
-
-    /// Takes over what a coarser face made of one of its edges: near and far point of its first half, the middle, near and
-    /// far of the second; the halves are `first` and `second`.
-    pub(in crate::patch) fn note_split(&mut self, first: u32, second: u32, split: [u32; 5]) {
-        self.note_edge(first, split[0]);
-        self.note_corner(first + 1, split[2]);
-        self.note_edge(second, split[3]);
-    }
-
-    /// Takes over the corners that coarser faces made.
-    pub fn inherit(&mut self, coarse: &Points) {
-        // Few do: only around what is drawn coarser.
-        let handed_down = |half_edges: Range<usize>| {
-            let mut found = Vec::new();
-            for h in half_edges.filter(|&h| coarse.level.child[h] < CUT) {
-                let place = coarse.place[coarse.level.origin[h] as usize];
-                let corner = coarse.corner[coarse.level.tint[h] as usize];
-                if place != NONE || corner != NONE {
-                    found.push((4 * coarse.level.child[h] as usize, place, corner));
-                }
-            }
-            found
-        };
-        for found in threads::each(threads::pieces(coarse.level.half_edges()), handed_down) {
-            for (first, place, corner) in found {
-                if place != NONE {
-                    self.place[self.level.origin[first] as usize] = place;
-                }
-                if corner != NONE {
-                    self.corner[self.level.tint[first] as usize] = corner;
-                }
-            }
+        if self.own.half_edges.contains(&h) || h >= self.own.beyond {
+            self.account.edge[h as usize].store(edge, Relaxed);
         }
     }
 }
