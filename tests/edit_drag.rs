@@ -2,6 +2,7 @@
 //! changed, decides as a test of all patches does.
 
 mod random_scene;
+mod same_table;
 
 use glam::{DVec2, DVec4};
 use gradtess::check::folds::{base_face, gd01, jacobian_sign, orientations, JacobianSign};
@@ -13,7 +14,7 @@ use gradtess::edit::overlay::{overlay, Look};
 use gradtess::edit::paint;
 use gradtess::edit::place::exact_limit;
 use gradtess::patch::build::face_control;
-use gradtess::patch::{ControlPoint, Face, PatchTable};
+use gradtess::patch::{ControlPoint, Face};
 use gradtess::scene::Scene;
 use random_scene::for_random_scenes;
 use std::cell::Cell;
@@ -31,11 +32,7 @@ fn handles(model: &Model, stage: Stage) -> Vec<Id> {
 
 fn assert_fresh(model: &Model, what: &str) {
     let fresh = Model::new(model.scene.clone(), model.drawing).unwrap();
-    let bits = |t: &PatchTable| t.control.iter().map(|c| c.map(f64::to_bits)).collect::<Vec<_>>();
-    assert_eq!(model.table.indices, fresh.table.indices, "{what}");
-    assert_eq!(model.table.ranges, fresh.table.ranges, "{what}");
-    assert_eq!(model.table.faces, fresh.table.faces, "{what}");
-    assert!(bits(&model.table) == bits(&fresh.table), "{what}");
+    same_table::assert_same(&model.table, &fresh.table, what);
 }
 
 #[test]

@@ -6,12 +6,13 @@ mod gpu_support;
 use glam::DVec2;
 use gpu_support::{frame, with_gpu};
 use gradtess::gpu::{DeviceTable, Gpu, GpuError};
-use gradtess::incremental::{Outcome, State, ValueEdit};
+use gradtess::incremental::{delta, Delta, Outcome, Splice, State, ValueEdit};
 use gradtess::patch::pack::pack;
 use gradtess::patch::points::Irregular;
 use gradtess::patch::PatchTable;
 use gradtess::refine::Options;
-use gradtess::scene::Scene;
+use gradtess::scene::{Frame, GeometryEdit, Scene};
+use gradtess::subdiv::index_map::IndexMap;
 
 fn state(name: &str) -> State {
     let mesh = gradtess::scene::shapes::builtin(name).unwrap();
@@ -73,11 +74,11 @@ fn a_failed_partial_upload_is_made_good_by_a_whole_one() {
         let mut device = gpu.upload(&state.table).unwrap();
         let old = state.table.clone();
         let step = ValueEdit::Position(20, state.scene.mesh.positions[20] + DVec2::new(0.01, 0.02));
-        let Outcome::Local(touched) = state.apply(&[step]) else { panic!("a drag keeps the plan") };
+        let Ok(Outcome::Local(touched)) = state.apply(&Delta::of(vec![step])) else { panic!("a drag keeps the plan") };
         for lost in [false, true] {
             gpu.limit_memory((!lost).then(|| gpu.allocated()));
             gpu.pretend_lost(lost);
-            let error = gpu.update_points(&mut device, &state.table, &touched.control).unwrap_err();
+            let error = gpu.update_points(&mut device, &state.table, &touched.changed.control).unwrap_err();
             match lost {
                 false => assert_says(&error, &["memory for changed points staging"]),
                 true => assert_says(&error, &["vkQueueSubmit of changed points", "lost"]),
@@ -111,5 +112,73 @@ fn a_lost_device_is_named_and_leaves_an_empty_table() {
         gpu.render(&device, &frame(16)).unwrap();
         gpu.update(&mut device, &table).unwrap();
         assert_holds(gpu, &mut device, &table);
+    });
+}
+
+/// A new handle on a level that is not there yet.
+fn handle(state: &State) -> Delta {
+    let level = 2;
+    let mesh = gradtess::mesh::build(&state.scene.mesh).unwrap();
+    let map = IndexMap::new(&mesh);
+    // Inside, two steps from the border at least.
+    let inside = |&h: &u64| map.from_app_a(level, h).is_some_and(|d| map.twin(level, d).is_some());
+    let half_edge = (0..).step_by(17).find(inside).unwrap();
+    let edit = GeometryEdit { level, half_edge, vertex: None, a: 0.1, b: 0.05, frame: Frame::Sector };
+    let mut next = state.scene.clone();
+    next.geometry.push(edit);
+    delta(&state.scene, &next).unwrap()
+}
+
+#[test]
+fn an_edit_that_refines_is_uploaded_in_parts_or_leaves_the_old_table() {
+    with_gpu(|gpu| {
+        let mut state = state("grid:6x6");
+        // Without spare room: the edit makes the table grow.
+        let mut device = gpu.upload(&state.table).unwrap();
+        let old = state.table.clone();
+        let Ok(Outcome::Local(touched)) = state.apply(&handle(&state)) else { panic!("followed in place") };
+        assert!(touched.came > 0 && state.table.control.len() > old.control.len());
+        let changed = touched.changed;
+        gpu.limit_memory(Some(gpu.allocated()));
+        let error = gpu.update_parts(&mut device, &state.table, &changed.control, &changed.indices).unwrap_err();
+        gpu.limit_memory(None);
+        assert_says(&error, &["memory for ", "limit of"]);
+        assert_holds(gpu, &mut device, &old);
+        gpu.update_parts(&mut device, &state.table, &changed.control, &changed.indices).unwrap();
+        assert_holds(gpu, &mut device, &state.table);
+
+        // Now there is room for the next one.
+        gpu.update(&mut device, &state.table).unwrap();
+        let old = state.table.clone();
+        let whole = device.bytes();
+        let undo = Splice { at: state.scene.geometry.len() - 1, removed: 1, added: Vec::new() };
+        let undo = Delta { geometry: undo, ..Delta::of(Vec::new()) };
+        let Ok(Outcome::Local(touched)) = state.apply(&undo) else { panic!("followed in place") };
+        assert!(touched.went > 0);
+        let changed = touched.changed;
+        for lost in [false, true] {
+            gpu.limit_memory((!lost).then(|| gpu.allocated()));
+            gpu.pretend_lost(lost);
+            let error = gpu.update_parts(&mut device, &state.table, &changed.control, &changed.indices).unwrap_err();
+            match lost {
+                false => assert_says(&error, &["memory for changed points staging"]),
+                true => assert_says(&error, &["vkQueueSubmit of changed points", "lost"]),
+            }
+            gpu.limit_memory(None);
+            gpu.pretend_lost(false);
+            assert_holds(gpu, &mut device, &old);
+            if !lost {
+                gpu.update_points(&mut device, &old, &[0]).unwrap();
+            }
+        }
+        let done = gpu.update_parts(&mut device, &state.table, &changed.control, &changed.indices).unwrap();
+        assert!(done.bytes < whole / 2, "{} of {whole} bytes", done.bytes);
+        assert_holds(gpu, &mut device, &state.table);
+        // Parts of another table, or of one that has more than they say.
+        let other = self::state("grid:2x2").table;
+        let beyond = 0..u32::MAX;
+        assert!(gpu.update_parts(&mut device, &state.table, &changed.control, &[beyond]).is_err());
+        assert!(gpu.update_parts(&mut device, &other, &[other.control.len() as u32], &[]).is_err());
+        assert_holds(gpu, &mut device, &state.table);
     });
 }

@@ -2,6 +2,7 @@
 
 use super::view::View;
 use crate::gpu::{Canvas, DeviceTable, Format, Frame, FrameTimes, Gpu, GpuError, Pixels, Screen, Show};
+use crate::incremental::Changed;
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use egui::TextureId;
@@ -69,7 +70,7 @@ impl Renderer {
     }
 
     /// Draws a table as the view shows it, unless the last picture is of that very revision, and returns its texture.
-    /// `changed_since`: which control points a revision has not; `None`: the whole table is another.
+    /// `changed_since`: what a revision has not; `None`: the whole table is another.
     ///
     /// # Errors
     /// As [`Gpu::update`] and [`Gpu::prepare`].
@@ -77,7 +78,7 @@ impl Renderer {
         &mut self,
         of: &PatchTable,
         now: u64,
-        changed_since: impl Fn(u64) -> Option<Vec<u32>>,
+        changed_since: impl Fn(u64) -> Option<Changed>,
         view: &View,
         look: &Look,
     ) -> Result<Option<TextureId>, GpuError> {
@@ -96,8 +97,11 @@ impl Renderer {
             self.drawn = None;
             match &mut self.table {
                 Some(table) => match changed {
+                    Some(changed) if changed.indices.is_empty() => {
+                        self.gpu.update_points(table, of, &changed.control)?;
+                    }
                     Some(changed) => {
-                        self.gpu.update_points(table, of, &changed)?;
+                        self.gpu.update_parts(table, of, &changed.control, &changed.indices)?;
                     }
                     None => self.gpu.update(table, of)?,
                 },

@@ -141,8 +141,10 @@ impl Watch {
     fn mark(&mut self) {
         let table = &self.tried.table;
         match self.tried.changed_since(self.marked) {
-            Some(changed) => self.open.extend(changed.iter().flat_map(|&i| self.faces.of(i))),
-            None => {
+            Some(changed) if changed.indices.is_empty() => {
+                self.open.extend(changed.control.iter().flat_map(|&i| self.faces.of(i)));
+            }
+            _ => {
                 self.faces = FacesOf::new(table);
                 self.open = (0..table.faces.len() as u32).collect();
             }

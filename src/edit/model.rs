@@ -2,7 +2,7 @@
 
 use super::place::{exact_limit, finest, limit_in};
 use super::EditError;
-use crate::incremental::{between, update, Index, Kept, ValueEdit};
+use crate::incremental::{delta, follow, Changed, Index, Kept, ValueEdit};
 use crate::mesh::{self, HalfEdgeMesh, ShapeNote};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
@@ -49,8 +49,8 @@ pub struct Model {
     pub times: [Duration; 2],
     /// Ways back from edits to patches, once an edit was followed in place.
     index: Option<Index>,
-    /// Control points that the latest revisions changed in place, the last one last.
-    steps: VecDeque<(u64, Vec<u32>)>,
+    /// What the latest revisions changed in place, the last one last.
+    steps: VecDeque<(u64, Changed)>,
 }
 
 /// Revisions whose changes are remembered, for whoever has seen one of them.
@@ -79,7 +79,8 @@ impl Model {
         Ok(model)
     }
 
-    /// Takes another scene, and everything that follows: in place where only values differ ([`crate::incremental`]). After an error the model is as it was.
+    /// Takes another scene, and everything that follows: in place where that can be done
+    /// ([`crate::incremental`]). After an error the model is as it was.
     ///
     /// # Errors
     /// As [`Model::new`].
@@ -97,38 +98,38 @@ impl Model {
         if self.drawing.mode != (Mode::Adaptive { isolate: 0 }) || self.table.faces.is_empty() {
             return false;
         }
-        let Some(edits) = between(&self.scene, scene) else { return false };
+        if self.index.as_ref().is_some_and(|index| index.is_fragmented(&self.table)) {
+            return false;
+        }
+        let Some(delta) = delta(&self.scene, scene) else { return false };
         let Model { scene: own, mesh, refinement, table, .. } = self;
         let index = self.index.get_or_insert_with(|| Index::new(own, mesh, refinement, table));
-        let mut kept = Kept { scene: own, mesh, refinement, table, irregular: self.drawing.irregular };
-        let Some(touched) = update(index, &mut kept, &edits) else {
+        let mode = Mode::Adaptive { isolate: 0 };
+        let mut kept = Kept { scene: own, mesh, refinement, table, irregular: self.drawing.irregular, mode };
+        let Some(touched) = follow(index, &mut kept, &delta) else {
             // The levels are half-way, what is drawn of them too; the mesh has its new positions.
             self.index = None;
             self.notes = mesh::shape_notes(&self.mesh);
             return false;
         };
-        if edits.iter().any(|e| matches!(e, ValueEdit::Position(..))) {
+        if delta.values.iter().any(|e| matches!(e, ValueEdit::Position(..))) {
             self.notes = mesh::shape_notes(&self.mesh);
         }
         self.times = touched.times;
-        self.steps.push_back((self.revision + 1, touched.control));
+        self.steps.push_back((self.revision + 1, touched.changed));
         if self.steps.len() > STEPS {
             self.steps.pop_front();
         }
         true
     }
 
-    /// Control points that differ from those of an earlier revision, ascending; `None` where more than control points
-    /// does, or it is too long ago.
-    pub fn changed_since(&self, revision: u64) -> Option<Vec<u32>> {
-        let newer: Vec<&(u64, Vec<u32>)> = self.steps.iter().filter(|s| s.0 > revision).collect();
-        if newer.len() as u64 != self.revision.checked_sub(revision)? {
+    /// What of the table differs from that of an earlier revision; `None` where all may, or it is too long ago.
+    pub fn changed_since(&self, revision: u64) -> Option<Changed> {
+        let newer = self.steps.iter().filter(|s| s.0 > revision);
+        if newer.clone().count() as u64 != self.revision.checked_sub(revision)? {
             return None;
         }
-        let mut changed: Vec<u32> = newer.iter().flat_map(|s| &s.1).copied().collect();
-        changed.sort_unstable();
-        changed.dedup();
-        Some(changed)
+        Some(Changed::together(newer.map(|s| &s.1)))
     }
 
     fn rebuild(&mut self, scene: Scene) -> Result<(), EditError> {
@@ -176,7 +177,8 @@ impl Model {
             drawing: Drawing { mode: adaptive, ..self.drawing },
             revision: 0,
             times: [Duration::ZERO; 2],
-            index: None,
+            // Once it is there, levels and table may stand in an order that none can be made of.
+            index: self.index.clone(),
             steps: VecDeque::new(),
         }
     }
@@ -191,7 +193,7 @@ impl Model {
             let at = self.refinement.levels.get(level as usize)?;
             let h = match level {
                 0 => slot as u32,
-                _ => 4 * at.face.binary_search(&(slot >> 2)).ok()? as u32 + (slot & 3) as u32,
+                _ => 4 * self.refinement.find(level, slot >> 2)? + (slot & 3) as u32,
             };
             // Faces that are drawn have all that their corners depend on; what lies around them may not.
             let drawn = self.refinement.fates[level as usize][at.face_of(h) as usize] & fate::DRAWN != 0;

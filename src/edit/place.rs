@@ -54,7 +54,7 @@ pub fn finest(refinement: &Refinement, level: u32, slot: Slot) -> Option<(usize,
     let at = refinement.levels.get(l)?;
     let mut h = match level {
         0 => slot as u32,
-        _ => 4 * at.face.binary_search(&(slot >> 2)).ok()? as u32 + (slot & 3) as u32,
+        _ => 4 * refinement.find(level, slot >> 2)? + (slot & 3) as u32,
     };
     if refinement.fates[l][at.face_of(h) as usize] & fate::AFFECTED == 0 {
         return None;

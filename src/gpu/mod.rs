@@ -66,6 +66,7 @@ use crate::patch::PatchTable;
 use context::Context;
 use instance::Instance;
 use pipeline::Pipelines;
+use std::ops::Range;
 use std::rc::Rc;
 
 /// How to open a device.
@@ -194,6 +195,23 @@ impl Gpu {
         changed: &[u32],
     ) -> Result<Uploaded, GpuError> {
         partial::update_points(&self.context, table, changed, into)
+    }
+
+    /// Copies what changed in a table whose patches came and went in place: control points (numbers, ascending), stretches
+    /// of indices (ascending) and all ranges. As [`Gpu::update_points`], it waits for nothing but the upload three before;
+    /// a table that has outgrown its buffers is copied as a whole, into larger ones.
+    ///
+    /// # Errors
+    /// `into` holds a table that differs in more, or memory ran out. `into` is then what it was, unless the copy of the
+    /// whole table failed ([`Gpu::update`]); a whole [`Gpu::update`] is to be made.
+    pub fn update_parts(
+        &self,
+        into: &mut DeviceTable,
+        table: &PatchTable,
+        control: &[u32],
+        indices: &[Range<u32>],
+    ) -> Result<Uploaded, GpuError> {
+        partial::update_parts(&self.context, table, control, indices, into)
     }
 
     /// The table as it is on the device: control points and indices, byte by byte. For tests.

@@ -1,4 +1,4 @@
-//! Changed control points go to the device, and nothing else.
+//! Changed control points and indices go to the device, and nothing else.
 //!
 //! A ring of small staging buffers, each with its command buffer: one is written while the copies out of the others may
 //! still run, so an edit waits only for the upload three edits before.
@@ -6,11 +6,12 @@
 use super::context::{Commands, Context};
 use super::error::GpuError;
 use super::memory::{bytes_of, Buffer};
-use super::table::DeviceTable;
+use super::table::{check_ranges, DeviceTable};
 use crate::patch::pack::pack_point;
 use crate::patch::PatchTable;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
+use std::ops::Range;
 use std::rc::Rc;
 
 /// Uploads that may be on their way.
@@ -21,13 +22,14 @@ const GAP: u32 = 4;
 const LEAST: u64 = 64 << 10;
 
 const POINT: u64 = size_of::<[f32; 8]>() as u64;
+const INDEX: u64 = size_of::<u32>() as u64;
 
 /// What an upload copied.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Uploaded {
     /// Bytes.
     pub bytes: u64,
-    /// Runs of neighbouring control points.
+    /// Runs of neighbouring control points, and of indices.
     pub regions: usize,
 }
 
@@ -98,37 +100,93 @@ pub(super) fn update_points(
     changed: &[u32],
     into: &mut DeviceTable,
 ) -> Result<Uploaded, GpuError> {
-    let whole = table.control.len() as u64 * POINT + table.indices.len() as u64 * 4;
+    let whole = table.control.len() as u64 * POINT + table.indices.len() as u64 * INDEX;
     if into.bytes() != whole || into.ranges() != table.ranges {
         return Err(GpuError::Request("another table is on the device; upload the whole one".to_owned()));
     }
+    copy(context, table, changed, &[], into)
+}
+
+/// Copies control points (numbers, ascending) and stretches of indices (ascending) of a table that is on the device but for
+/// those, and takes over its ranges. A table that has outgrown its buffers goes to the device as a whole, into larger ones.
+pub(super) fn update_parts(
+    context: &Rc<Context>,
+    table: &PatchTable,
+    control: &[u32],
+    indices: &[Range<u32>],
+    into: &mut DeviceTable,
+) -> Result<Uploaded, GpuError> {
+    let lengths = [table.control.len() as u64 * POINT, table.indices.len() as u64 * INDEX];
+    let fits = into.buffers.as_ref().is_some_and(|b| b.control.size >= lengths[0] && b.indices.size >= lengths[1]);
+    if !fits {
+        super::table::update(context, table, into)?;
+        return Ok(Uploaded { bytes: into.bytes(), regions: 2 });
+    }
+    let of_another = || GpuError::Request("another table is on the device; upload the whole one".to_owned());
+    if into.colour != table.colour || table.indices.is_empty() {
+        return Err(of_another());
+    }
+    // What is beyond the end of the device's table is new.
+    let old = (into.lengths[0] / POINT) as u32;
+    let new = control.len() - control.partition_point(|&i| i < old);
+    if new < table.control.len().saturating_sub(old as usize) {
+        return Err(of_another());
+    }
+    let mut end = 0;
+    for run in indices {
+        if run.start < end || run.end < run.start || run.end as usize > table.indices.len() {
+            return Err(GpuError::Request("changed indices are to be in the table, and ascending".to_owned()));
+        }
+        end = run.end;
+        let points = &table.indices[run.start as usize..run.end as usize];
+        if let Some(i) = points.iter().find(|&&i| i as usize >= table.control.len()) {
+            return Err(GpuError::Request(format!("patch table: index {i} of {} control points", table.control.len())));
+        }
+    }
+    check_ranges(table)?;
+    let done = copy(context, table, control, indices, into)?;
+    into.lengths = lengths;
+    into.ranges.clone_from(&table.ranges);
+    Ok(done)
+}
+
+fn copy(
+    context: &Rc<Context>,
+    table: &PatchTable,
+    changed: &[u32],
+    indices: &[Range<u32>],
+    into: &mut DeviceTable,
+) -> Result<Uploaded, GpuError> {
     let runs = runs(changed);
     let last = runs.last().map_or(0, |r| r.end);
     if last as usize > table.control.len() || changed.windows(2).any(|w| w[0] >= w[1]) {
         return Err(GpuError::Request("changed control points are to be in the table, and ascending".to_owned()));
     }
     let DeviceTable { ring, buffers: Some(buffers), .. } = into else { return Ok(Uploaded::default()) };
-    if runs.is_empty() {
+    if runs.is_empty() && indices.is_empty() {
         return Ok(Uploaded::default());
     }
     let packed: Vec<[f32; 8]> =
         runs.iter().flat_map(|r| &table.control[r.start as usize..r.end as usize]).map(pack_point).collect();
-    let bytes = bytes_of(&packed);
+    let mut bytes = bytes_of(&packed).to_vec();
+    for run in indices {
+        bytes.extend_from_slice(bytes_of(&table.indices[run.start as usize..run.end as usize]));
+    }
     let slot = ring.slot(context, bytes.len() as u64)?;
-    slot.staging.write(bytes)?;
+    slot.staging.write(&bytes)?;
     let mut at = 0;
-    let regions: Vec<vk::BufferCopy> = runs
-        .iter()
-        .map(|r| {
-            let size = u64::from(r.end - r.start) * POINT;
-            let region = vk::BufferCopy { src_offset: at, dst_offset: u64::from(r.start) * POINT, size };
-            at += size;
-            region
-        })
-        .collect();
+    let mut region = |run: &Range<u32>, each: u64| {
+        let size = u64::from(run.end - run.start) * each;
+        let region = vk::BufferCopy { src_offset: at, dst_offset: u64::from(run.start) * each, size };
+        at += size;
+        region
+    };
+    let to_control: Vec<vk::BufferCopy> = runs.iter().map(|run| region(run, POINT)).collect();
+    let indices = indices.iter().filter(|run| !run.is_empty());
+    let to_indices: Vec<vk::BufferCopy> = indices.map(|run| region(run, INDEX)).collect();
     slot.commands.submit(None, None, |commands| {
         context.begin_label(commands, "changed points");
-        let read = vk::AccessFlags::VERTEX_ATTRIBUTE_READ;
+        let read = vk::AccessFlags::VERTEX_ATTRIBUTE_READ | vk::AccessFlags::INDEX_READ;
         let (draw, copy) = (vk::PipelineStageFlags::VERTEX_INPUT, vk::PipelineStageFlags::TRANSFER);
         let before = vk::MemoryBarrier::builder()
             .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
@@ -139,24 +197,28 @@ pub(super) fn update_points(
         let none = vk::DependencyFlags::empty();
         // SAFETY: recording, outside a render pass. The regions lie in both buffers: in the staging buffer, which has at
         // least the room of all of them and is written again only after this submission was waited for, and in the
-        // table's, whose size was compared. The ring is finished before the table's buffers go.
+        // table's, whose sizes were compared. The ring is finished before the table's buffers go.
         unsafe {
             let device = &context.device;
             // Earlier draws have read, and earlier copies have written, before anything is written here.
             device.cmd_pipeline_barrier(commands, draw | copy, copy, none, &[before.build()], &[], &[]);
-            device.cmd_copy_buffer(commands, slot.staging.handle, buffers.control.handle, &regions);
+            for (to, regions) in [(&buffers.control, &to_control), (&buffers.indices, &to_indices)] {
+                if !regions.is_empty() {
+                    device.cmd_copy_buffer(commands, slot.staging.handle, to.handle, regions);
+                }
+            }
             device.cmd_pipeline_barrier(commands, copy, draw | copy, none, &[after.build()], &[], &[]);
         }
         context.end_label(commands);
         Ok(())
     })?;
     slot.pending = true;
-    Ok(Uploaded { bytes: bytes.len() as u64, regions: regions.len() })
+    Ok(Uploaded { bytes: bytes.len() as u64, regions: to_control.len() + to_indices.len() })
 }
 
 /// Neighbouring numbers together.
-fn runs(changed: &[u32]) -> Vec<std::ops::Range<u32>> {
-    let mut runs: Vec<std::ops::Range<u32>> = Vec::new();
+fn runs(changed: &[u32]) -> Vec<Range<u32>> {
+    let mut runs: Vec<Range<u32>> = Vec::new();
     for &i in changed {
         match runs.last_mut() {
             Some(run) if i <= run.end.saturating_add(GAP) => run.end = i + 1,

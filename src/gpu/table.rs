@@ -192,6 +192,12 @@ fn check(table: &PatchTable, max_index: u32) -> Result<(), GpuError> {
     if let Some(index) = table.indices.iter().find(|&&i| i as usize >= table.control.len()) {
         return fault(format!("index {index} of {} control points", table.control.len()));
     }
+    check_ranges(table)
+}
+
+/// As [`check`], without the indices.
+pub(super) fn check_ranges(table: &PatchTable) -> Result<(), GpuError> {
+    let fault = |what: String| Err(GpuError::Request(format!("patch table: {what}")));
     for range in &table.ranges {
         if range.part.is_some_and(|part| part as usize >= PARTS.len()) {
             return fault(format!("{range:?} names no part"));

@@ -1,11 +1,12 @@
 //! What a rebuild does not keep: the way back from a vertex, a face or an edit to what stands where.
 
+use super::plan::Plan;
+use super::slots::Slots;
 use crate::mesh::{HalfEdgeMesh, NONE};
-use crate::patch::remap::part_positions;
 use crate::patch::PatchTable;
-use crate::refine::edits::{resolve, resolve_paint};
+use crate::refine::edits::{resolve, resolve_paint, Move};
 use crate::refine::{fate, Refinement};
-use crate::scene::Scene;
+use crate::scene::{Handle, Scene};
 use crate::subdiv::edit::{frame, LocalMove};
 use crate::subdiv::gather::Around;
 use crate::subdiv::index_map::{IndexMap, Slot};
@@ -13,6 +14,7 @@ use crate::subdiv::level::{Level, CUT};
 use std::collections::HashMap;
 
 /// A geometry edit at its place in a level.
+#[derive(Clone, Copy)]
 pub(super) struct PlacedMove {
     /// Where; its coordinates are those of the scene's entry.
     pub local: LocalMove,
@@ -32,6 +34,7 @@ pub(super) enum Source {
 }
 
 /// Inverse indices of one level, and scratch that is clean between updates.
+#[derive(Clone)]
 pub(super) struct LevelIndex {
     pub around: Around,
     /// Half-edge one level up that each face grew from; empty at level 0.
@@ -48,15 +51,40 @@ pub(super) struct LevelIndex {
     pub group: Vec<u32>,
     /// Group that spreads over each vertex, or [`NONE`]. Empty without paints.
     pub painted: Vec<u32>,
-    /// First control point that this level made.
-    pub first_point: u32,
+    /// Causes of the plan that ask for each face to be refined; empty until the plan is edited.
+    pub asked: Vec<u32>,
+    /// Numbers of faces and of values (vertices and tints) that are not there any more.
+    pub free_faces: Vec<u32>,
+    pub free_values: Vec<u32>,
     /// Scratch, by vertex.
     pub vertex_mark: Vec<u32>,
     /// Scratch, by face.
     pub face_mark: Vec<u32>,
 }
 
+impl LevelIndex {
+    fn new(level: &Level, parent: Vec<u32>, drawn: Vec<u32>) -> LevelIndex {
+        LevelIndex {
+            around: Around::new(level),
+            parent,
+            drawn,
+            moves: Vec::new(),
+            moved: HashMap::new(),
+            read: HashMap::new(),
+            paints: Vec::new(),
+            group: Vec::new(),
+            painted: Vec::new(),
+            asked: Vec::new(),
+            free_faces: Vec::new(),
+            free_values: Vec::new(),
+            vertex_mark: vec![0; level.vertices()],
+            face_mark: vec![0; level.faces()],
+        }
+    }
+}
+
 /// Inverse indices of a refined scene and its patches. See [`Index::new`].
+#[derive(Clone)]
 pub struct Index {
     pub(super) levels: Vec<LevelIndex>,
     /// Where each edited point of M^0 goes: its entry in the handles or (true) in the face points.
@@ -71,8 +99,10 @@ pub struct Index {
     pub(super) group_of: HashMap<u32, (u32, u32)>,
     /// Whether two colour edits name one sector: the order decides then, and nothing is followed locally.
     pub(super) twice: bool,
-    /// First entries in the table's indices of each transition face's parts.
-    pub(super) parts: Vec<(u32, [u32; 4])>,
+    /// The table's patches and points.
+    pub(super) slots: Slots,
+    /// The plan by its causes, once it was edited.
+    pub(super) plan: Option<Box<Plan>>,
     /// Last number used to mark scratch.
     pub(super) epoch: u32,
 }
@@ -101,32 +131,12 @@ impl Index {
                     NONE
                 }
             });
-            levels.push(LevelIndex {
-                around: Around::new(level),
-                parent,
-                drawn: numbers.collect(),
-                moves: Vec::new(),
-                moved: HashMap::new(),
-                read: HashMap::new(),
-                paints: Vec::new(),
-                group: Vec::new(),
-                painted: Vec::new(),
-                first_point: 0,
-                vertex_mark: vec![0; level.vertices()],
-                face_mark: vec![0; level.faces()],
-            });
+            levels.push(LevelIndex::new(level, parent, numbers.collect()));
         }
         assert_eq!(drawn as usize, table.faces.len(), "the table belongs to the refinement");
-        let mut first = 0;
-        let mut faces = table.faces.iter().peekable();
-        for (l, level) in levels.iter_mut().enumerate() {
-            level.first_point = first;
-            while let Some(face) = faces.next_if(|f| f.level == l as u32) {
-                let at = face.first as usize;
-                let last = table.indices[at..at + face.kind.points()].iter().max().expect("a face has points");
-                first = first.max(last + 1);
-            }
-        }
+        let numbers: Vec<u32> =
+            levels.iter().flat_map(|l| (0..).zip(&l.drawn).filter(|d| *d.1 != NONE).map(|d| d.0)).collect();
+        let slots = Slots::new(table, levels.len(), &numbers);
         let input = Level { origin: mesh.origin.clone(), bits: vec![0; mesh.positions.len()], ..Level::default() };
         let mut index = Index {
             levels,
@@ -136,7 +146,8 @@ impl Index {
             move_of: HashMap::new(),
             group_of: HashMap::new(),
             twice: false,
-            parts: part_positions(table),
+            slots,
+            plan: None,
             epoch: 0,
         };
         index.place_points(scene, mesh);
@@ -145,15 +156,19 @@ impl Index {
         index
     }
 
-    fn place_points(&mut self, scene: &Scene, mesh: &HalfEdgeMesh) {
-        let edge = mesh.vertices();
-        let face = edge + mesh.half_edges() + mesh.boundary_edges();
+    /// A further level without faces.
+    pub(super) fn push_level(&mut self, level: &Level) {
+        self.levels.push(LevelIndex::new(level, Vec::new(), Vec::new()));
+    }
+
+    pub(super) fn place_points(&mut self, scene: &Scene, mesh: &HalfEdgeMesh) {
+        self.placed.clear();
         // Where two name one point, the later one holds.
-        for (i, handle) in scene.handles.iter().enumerate() {
-            self.placed.insert(edge + handle.half_edge, (false, i as u32));
-        }
-        for (i, handle) in scene.face_points.iter().enumerate() {
-            self.placed.insert(face + handle.half_edge, (true, i as u32));
+        for (in_face, handles) in [(false, &scene.handles), (true, &scene.face_points)] {
+            for (handle, i) in handles.iter().zip(0..) {
+                let point = point_of(mesh, handle, in_face).expect("the scene was refined");
+                self.placed.insert(point, (in_face, i));
+            }
         }
         self.point_of = self.placed.iter().map(|(&point, &entry)| (entry, point)).collect();
     }
@@ -164,20 +179,58 @@ impl Index {
         let mut entries: Vec<u32> = (0..scene.geometry.len() as u32).collect();
         entries.sort_by_key(|&i| scene.geometry[i as usize].level);
         for (m, entry) in edits.moves.iter().zip(entries) {
-            let Some(half_edge) = local(refinement, m.level, m.slot) else { continue };
-            let local = LocalMove { half_edge, anchor: m.anchor, a: m.a, b: m.b };
-            let level = &refinement.levels[m.level as usize];
-            let (spoke, end1, end2) = frame(level, &local);
-            let vertices = [level.origin[spoke as usize], end1, end2];
-            let own = &mut self.levels[m.level as usize];
-            let number = own.moves.len() as u32;
-            own.moved.entry(vertices[0]).or_default().push(number);
-            for v in vertices {
-                own.read.entry(v).or_default().push(number);
-            }
-            own.moves.push(PlacedMove { local, entry, vertices });
-            self.move_of.insert(entry, (m.level, number));
+            self.place_move(m, entry, refinement);
         }
+    }
+
+    /// Puts a geometry edit in its place; its level and the vertex that it moves, `None` where its level is not refined.
+    pub(super) fn place_move(&mut self, m: &Move, entry: u32, refinement: &Refinement) -> Option<(u32, u32)> {
+        let half_edge = local(refinement, m.level, m.slot)?;
+        let local = LocalMove { half_edge, anchor: m.anchor, a: m.a, b: m.b };
+        let level = &refinement.levels[m.level as usize];
+        let (spoke, end1, end2) = frame(level, &local);
+        let vertices = [level.origin[spoke as usize], end1, end2];
+        let own = &mut self.levels[m.level as usize];
+        let placed = PlacedMove { local, entry, vertices };
+        let number = match own.moves.iter().position(|m| m.entry == NONE) {
+            Some(i) if self.plan.is_some() => {
+                own.moves[i] = placed;
+                i as u32
+            }
+            _ => {
+                own.moves.push(placed);
+                own.moves.len() as u32 - 1
+            }
+        };
+        // Where several move one vertex, steps are added in the order of the scene.
+        let moves = &own.moves;
+        let moved = own.moved.entry(vertices[0]).or_default();
+        let place = moved.partition_point(|&n| moves[n as usize].entry < entry);
+        moved.insert(place, number);
+        for v in vertices {
+            own.read.entry(v).or_default().push(number);
+        }
+        self.move_of.insert(entry, (m.level, number));
+        Some((m.level, vertices[0]))
+    }
+
+    /// Takes a geometry edit from its place; its level and the vertex that it moved.
+    pub(super) fn displace_move(&mut self, entry: u32) -> Option<(u32, u32)> {
+        let (l, number) = self.move_of.remove(&entry)?;
+        let own = &mut self.levels[l as usize];
+        let m = &mut own.moves[number as usize];
+        m.entry = NONE;
+        let vertices = m.vertices;
+        for (i, v) in [0, 1, 2, 3].map(|i: usize| (i, vertices[i.saturating_sub(1)])) {
+            let map = if i == 0 { &mut own.moved } else { &mut own.read };
+            if let Some(list) = map.get_mut(&v) {
+                list.retain(|&n| n != number);
+                if list.is_empty() {
+                    map.remove(&v);
+                }
+            }
+        }
+        Some((l, vertices[0]))
     }
 
     fn place_paints(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement) {
@@ -228,6 +281,37 @@ impl Index {
         }
     }
 
+    /// Entries of the scene's geometry edits from `from` on move by `by` places.
+    pub(super) fn renumber(&mut self, from: u32, by: i64) {
+        if by == 0 || self.move_of.keys().all(|&entry| entry < from) {
+            return;
+        }
+        self.move_of.clear();
+        for (own, l) in self.levels.iter_mut().zip(0..) {
+            for (m, number) in own.moves.iter_mut().zip(0..).filter(|m| m.0.entry != NONE) {
+                if m.entry >= from {
+                    m.entry = (i64::from(m.entry) + by) as u32;
+                }
+                self.move_of.insert(m.entry, (l, number));
+            }
+        }
+    }
+
+    /// Whether a vertex of a level is not there any more.
+    pub(super) fn has_left(&self, l: usize, v: u32) -> bool {
+        self.levels[l].around.of(v).is_empty()
+    }
+
+    /// Whether edits have left more room in the table than there are patches.
+    pub fn is_fragmented(&self, table: &PatchTable) -> bool {
+        self.slots.is_fragmented(table)
+    }
+
+    /// Control points of the table that are drawn with.
+    pub fn points(&self) -> usize {
+        self.slots.points()
+    }
+
     /// Number that no scratch holds yet.
     pub(super) fn next_epoch(&mut self) -> u32 {
         if self.epoch == u32::MAX {
@@ -244,11 +328,18 @@ impl Index {
     /// Bytes held, without those of the few edits.
     pub fn bytes(&self) -> usize {
         let level = |l: &LevelIndex| {
-            let lists = [&l.parent, &l.drawn, &l.painted, &l.vertex_mark, &l.face_mark, &l.group];
+            let lists = [&l.parent, &l.drawn, &l.painted, &l.vertex_mark, &l.face_mark, &l.group, &l.asked];
             l.around.bytes() + lists.iter().map(|v| 4 * v.capacity()).sum::<usize>() + 16 * l.paints.capacity()
         };
-        self.input.bytes() + self.levels.iter().map(level).sum::<usize>() + 20 * self.parts.capacity()
+        self.input.bytes() + self.levels.iter().map(level).sum::<usize>() + self.slots.bytes()
     }
+}
+
+/// Vertex of M^0 that a handle places, `None` where there is no such half-edge.
+pub(super) fn point_of(mesh: &HalfEdgeMesh, handle: &Handle, in_face: bool) -> Option<u32> {
+    let edges = mesh.half_edges() + mesh.boundary_edges();
+    let (first, count) = if in_face { (mesh.vertices() + edges, mesh.half_edges()) } else { (mesh.vertices(), edges) };
+    (handle.half_edge < count).then(|| first + handle.half_edge)
 }
 
 /// Half-edge of a slot in its level, `None` where the face is not there.

@@ -1,32 +1,47 @@
 //! An edit costs what it touches (ZHHK22 7.2 names it as future work).
 //!
-//! A [`State`] keeps the levels and the patches of a scene. An edit that leaves the plan as it is (what is refined, what
-//! is sharp) is followed level by level: the vertices of M^0 that it moves, what depends on them in M^1, edits in their
-//! local frames and so on ([`spread`]); then the faces within two rings of a changed vertex are built anew from a cut-out
-//! of the levels, and their control points replace the old ones in place ([`patches`]). Everything has the bits that a
-//! fresh [`refine`](fn@crate::refine::refine) and [`build`](fn@crate::patch::build::build) would give.
+//! A [`State`] keeps the levels and the patches of a scene. A change of values is followed level by level: the vertices of
+//! M^0 that it moves, what depends on them in M^1, edits in their local frames and so on ([`spread`]); then the faces
+//! within two rings of a changed vertex are built anew from a cut-out of the levels, and their control points replace the
+//! old ones in place ([`patches`]). A geometry edit that comes or goes first changes what is refined: faces of the levels
+//! come and go around it (`plan.rs`, `grow.rs`), and so do patches, control points and indices in the table (`slots.rs`).
+//! Everything has the bits that a fresh [`refine`](fn@crate::refine::refine) and [`build`](fn@crate::patch::build::build)
+//! would give; after an edit that came or went, levels and patches may stand in another order, and the table has places
+//! that nothing uses.
 //!
 //! # Worst case
 //!
-//! An edit that changes the plan or the sharp edges (edits added or removed, other polygons, corner rules, tags, a colour
-//! that becomes equal to its neighbour's or stops being so) rebuilds everything; the [`Outcome`] says which it was. The
-//! inverse indices of [`Index`] are made at the first local edit after a rebuild and take time linear in the levels.
+//! A change of values takes time linear in the faces within its influence, on all levels. So does an edit that comes or
+//! goes; beside that, it renumbers the scene's edits behind it (some nanoseconds each) unless it is the last one. A table
+//! that such edits leave with more room than patches is built anew ([`State::apply`]), which costs each edit a constant
+//! share of its own faces.
+//!
+//! Rebuilt as a whole is: other polygons or corner rules, sharp tags, colour edits that come or go, a colour that becomes
+//! equal to its neighbour's or stops being so, geometry edits that come or go under [`Rules::Authors`], with isolation or
+//! in global mode, and those whose faces would come beside a colour edit's. The [`Outcome`] says which it was. The inverse
+//! indices of [`Index`] are made at the first local edit after a rebuild and take time linear in the levels.
 
 mod diff;
+mod grow;
 mod index;
 pub mod patches;
+mod plan;
+mod slots;
 pub mod spread;
 
-pub use diff::between;
+pub use diff::{between, delta, Delta, Splice};
 pub use index::Index;
 
 use crate::mesh::{self, HalfEdgeMesh, MeshError};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
 use crate::patch::PatchTable;
-use crate::refine::{refine, Options, RefineError, Refinement};
-use crate::scene::Scene;
+use crate::refine::edits::{resolve_move, EditError, Move};
+use crate::refine::{refine, Mode, Options, RefineError, Refinement, Rules};
+use crate::scene::{GeometryEdit, Scene};
+use crate::subdiv::index_map::IndexMap;
 use glam::{DVec2, DVec4};
+use std::ops::Range;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
@@ -76,16 +91,57 @@ pub struct Touched {
     pub faces: usize,
     /// Patches that draw those faces; a transition face has two to four.
     pub patches: usize,
-    /// Control points of the table that changed, ascending.
-    pub control: Vec<u32>,
+    /// What of the table is to be uploaded.
+    pub changed: Changed,
+    /// Faces of the levels that came and that went.
+    pub came: usize,
+    /// See `came`.
+    pub went: usize,
     /// Wall time of the levels and of the patches.
     pub times: [Duration; 2],
+}
+
+/// What of a table is not what it was. Its length never shrinks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changed {
+    /// Control points, ascending.
+    pub control: Vec<u32>,
+    /// Stretches of indices, ascending; empty if faces and ranges are what they were.
+    pub indices: Vec<Range<u32>>,
+}
+
+impl Changed {
+    /// All of several changes together.
+    pub fn together<'a>(all: impl Iterator<Item = &'a Changed>) -> Changed {
+        let mut changed = Changed::default();
+        for c in all {
+            changed.control.extend_from_slice(&c.control);
+            changed.indices.extend_from_slice(&c.indices);
+        }
+        changed.control.sort_unstable();
+        changed.control.dedup();
+        changed.indices = joined(changed.indices);
+        changed
+    }
+}
+
+/// Stretches that touch become one.
+fn joined(mut stretches: Vec<Range<u32>>) -> Vec<Range<u32>> {
+    stretches.sort_unstable_by_key(|r| r.start);
+    let mut joined: Vec<Range<u32>> = Vec::new();
+    for r in stretches {
+        match joined.last_mut() {
+            Some(last) if r.start <= last.end => last.end = last.end.max(r.end),
+            _ => joined.push(r),
+        }
+    }
+    joined
 }
 
 /// How an edit was followed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// In place: the same plan, the same patches, other control points.
+    /// In place: other control points, and what came and went with an edit.
     Local(Touched),
     /// By a full rebuild.
     Rebuilt,
@@ -114,6 +170,8 @@ pub struct Kept<'a> {
     pub table: &'a mut PatchTable,
     /// How they were made of the levels.
     pub irregular: Irregular,
+    /// How the levels were made.
+    pub mode: Mode,
 }
 
 /// Follows value edits in place. `None`: they change what is sharp, and everything but scene and mesh, which have the
@@ -129,12 +187,101 @@ pub fn update(index: &mut Index, kept: &mut Kept, edits: &[ValueEdit]) -> Option
             kept.mesh.positions[v as usize] = at;
         }
     }
-    let changed = spread::spread(index, kept.scene, kept.mesh, kept.refinement, edits)?;
+    let changed = spread::spread(index, kept.scene, kept.mesh, kept.refinement, edits, &spread::News::default())?;
     let spread = Instant::now();
     let mut touched = patches::replace(index, kept.refinement, kept.table, kept.irregular, &changed);
     touched.vertices = changed.iter().map(Vec::len).sum();
     touched.times = [spread - start, spread.elapsed()];
     Some(touched)
+}
+
+/// Follows edits that come and go, and value edits, in place. `None`: that cannot be done; then either nothing was changed
+/// because an edit does not fit the mesh, or scene and mesh have the edits and everything else must be made anew, the index
+/// too.
+///
+/// # Panics
+/// If an index is out of range.
+pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touched> {
+    if delta.is_values() {
+        return update(index, kept, &delta.values);
+    }
+    let start = Instant::now();
+    let Splice { at, removed, added } = &delta.geometry;
+    let new = resolved(&delta.geometry, kept.mesh).ok()?;
+    let handles = [(&delta.handles, &kept.scene.handles, false), (&delta.face_points, &kept.scene.face_points, true)];
+    let mut news = spread::News::default();
+    for (splice, list, in_face) in handles {
+        let handles = list[splice.at..splice.at + splice.removed].iter().chain(&splice.added);
+        for handle in handles {
+            news.points.push(index::point_of(kept.mesh, handle, in_face)?);
+        }
+    }
+    let planned = kept.mode == Mode::Adaptive { isolate: 0 } && kept.refinement.rules == Rules::Gradtess;
+    if (!delta.geometry.is_empty() && !planned) || kept.table.faces.is_empty() {
+        write(kept, delta);
+        return None;
+    }
+    let old = Splice { at: *at, removed: 0, added: kept.scene.geometry[*at..at + removed].to_vec() };
+    let old = resolved(&old, kept.mesh).expect("the scene was refined");
+    if planned {
+        index.count_causes(kept.scene, kept.mesh, kept.refinement)?;
+    }
+    let [went, came] = [&old, &new].map(|moves| moves.iter().map(|m| index.asked_by(kept.mesh, m)).collect::<Vec<_>>());
+
+    write(kept, delta);
+    if !news.points.is_empty() {
+        index.place_points(kept.scene, kept.mesh);
+    }
+    let mut changes = grow::Changes::default();
+    news.moves.extend((*at..at + removed).filter_map(|entry| index.displace_move(entry as u32)));
+    index.renumber((at + removed) as u32, added.len() as i64 - *removed as i64);
+    index.rise(kept.refinement, &came, &mut changes)?;
+    let places = (*at as u32..).zip(&new);
+    news.moves.extend(places.filter_map(|(entry, m)| index.place_move(m, entry, kept.refinement)));
+    index.fall(kept.refinement, &went, &mut changes);
+    kept.refinement.edit_level = deepest(kept.scene);
+    for l in 0..kept.refinement.levels.len() {
+        let mut vertices = std::mem::take(&mut changes.dirty(l).vertices);
+        vertices.retain(|&v| !index.has_left(l, v));
+        changes.dirty(l).corners.retain(|&v| !index.has_left(l, v));
+        news.vertices.push(vertices);
+    }
+    news.moves.retain(|&(l, v)| !index.has_left(l as usize, v));
+    let changed = spread::spread(index, kept.scene, kept.mesh, kept.refinement, &delta.values, &news)?;
+    let spread = Instant::now();
+    let mut touched = if changes.turned > 0 {
+        let draw = index.decide(kept.refinement, &mut changes);
+        let Kept { refinement, table, irregular, .. } = kept;
+        let touched = patches::redraw(index, refinement, table, *irregular, &changed, &mut changes, draw);
+        index.trim(refinement);
+        touched
+    } else {
+        patches::replace(index, kept.refinement, kept.table, kept.irregular, &changed)
+    };
+    (touched.came, touched.went) = (changes.came, changes.went);
+    touched.vertices = changed.iter().map(Vec::len).sum();
+    touched.times = [spread - start, spread.elapsed()];
+    Some(touched)
+}
+
+fn write(kept: &mut Kept, delta: &Delta) {
+    delta.write(kept.scene);
+    for e in &delta.values {
+        if let ValueEdit::Position(v, at) = *e {
+            kept.mesh.positions[v as usize] = at;
+        }
+    }
+}
+
+/// The geometry edits that come, resolved.
+fn resolved(splice: &Splice<GeometryEdit>, mesh: &HalfEdgeMesh) -> Result<Vec<Move>, EditError> {
+    let map = IndexMap::new(mesh);
+    splice.added.iter().enumerate().map(|(i, e)| resolve_move(splice.at + i, e, &map)).collect()
+}
+
+fn deepest(scene: &Scene) -> u32 {
+    let colours = scene.colours.iter().map(|e| e.level);
+    scene.geometry.iter().map(|e| e.level).chain(colours).max().unwrap_or(0)
 }
 
 /// A scene with all that follows from it, kept up to date.
@@ -169,40 +316,62 @@ impl State {
     /// # Errors
     /// As [`State::new`]; the state is then as it was.
     pub fn set(&mut self, scene: Scene) -> Result<Outcome, IncrementalError> {
-        if let Some(edits) = between(&self.scene, &scene) {
-            let outcome = self.apply(&edits);
+        if let Some(touched) = delta(&self.scene, &scene).and_then(|delta| self.follow(&delta)) {
             // What edits do not see: names, lines, the picture below.
             self.scene = scene;
-            return Ok(outcome);
+            return Ok(Outcome::Local(touched));
         }
         *self = State::new(scene, self.options, self.irregular)?;
         Ok(Outcome::Rebuilt)
     }
 
-    /// Makes value edits.
+    /// Makes edits. A table that edits have left with more room than patches is built anew first.
+    ///
+    /// # Errors
+    /// An edit does not fit the scene; the state is then as it was.
     ///
     /// # Panics
     /// If an index is out of range.
-    pub fn apply(&mut self, edits: &[ValueEdit]) -> Outcome {
-        let State { scene, mesh, refinement, table, irregular, index, .. } = self;
-        let index = index.get_or_insert_with(|| Index::new(scene, mesh, refinement, table));
-        let mut kept = Kept { scene, mesh, refinement, table, irregular: *irregular };
-        match update(index, &mut kept, edits) {
-            Some(touched) => Outcome::Local(touched),
+    pub fn apply(&mut self, delta: &Delta) -> Result<Outcome, IncrementalError> {
+        if self.index.as_ref().is_some_and(|index| index.is_fragmented(&self.table)) {
+            self.rebuild();
+        }
+        resolved(&delta.geometry, &self.mesh).map_err(RefineError::from)?;
+        match self.follow(delta) {
+            Some(touched) => Ok(Outcome::Local(touched)),
             None => {
-                self.index = None;
-                self.refinement = refine(&self.scene, &self.mesh, self.options)
-                    .expect("other values in the same places can be refined like the old ones");
-                self.table = build(&self.refinement, self.irregular);
-                Outcome::Rebuilt
+                self.rebuild();
+                Ok(Outcome::Rebuilt)
             }
         }
+    }
+
+    fn follow(&mut self, delta: &Delta) -> Option<Touched> {
+        let State { scene, mesh, refinement, table, irregular, index, options } = self;
+        let index = index.get_or_insert_with(|| Index::new(scene, mesh, refinement, table));
+        let mut kept = Kept { scene, mesh, refinement, table, irregular: *irregular, mode: options.mode };
+        let touched = follow(index, &mut kept, delta);
+        if touched.is_none() {
+            self.index = None;
+        }
+        touched
+    }
+
+    fn rebuild(&mut self) {
+        self.index = None;
+        self.refinement = refine(&self.scene, &self.mesh, self.options).expect("the edits fit the mesh");
+        self.table = build(&self.refinement, self.irregular);
     }
 
     /// Makes the inverse indices now, which the first local edit would otherwise do.
     pub fn prepare(&mut self) {
         let State { scene, mesh, refinement, table, index, .. } = self;
         index.get_or_insert_with(|| Index::new(scene, mesh, refinement, table));
+    }
+
+    /// Control points that something is drawn with: those of the table but for places that edits left unused.
+    pub fn points(&self) -> usize {
+        self.index.as_ref().map_or(self.table.control.len(), Index::points)
     }
 
     /// Bytes of the inverse indices; 0 before they are made.

@@ -1,8 +1,10 @@
 //! Control points of the faces near changed vertices: the faces are cut out of the levels with what they depend on, built
 //! like any other mesh, and what comes out replaces the old numbers in place.
 
+use super::grow::Changes;
 use super::index::Index;
-use super::Touched;
+use super::slots::{first_points, Slots, Written};
+use super::{Changed, Touched};
 use crate::mesh::NONE;
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
@@ -30,57 +32,50 @@ pub fn replace(
         for f in faces_near(index, refinement, l, vertices) {
             cut.drawn[l].push(f);
             touched.faces += 1;
-            let mask = refinement.fates[l][f as usize] >> fate::TRANSITION;
-            if mask != 0 && refinement.rules == Rules::Gradtess {
-                // The halves of its edges are those of the children beside them.
-                let level = &refinement.levels[l];
-                for h in level.of_face(f).enumerate().filter(|(i, _)| mask >> i & 1 == 1).map(|i| i.1) {
-                    for h in [h, level.next(h)] {
-                        cut.beside[l + 1].push(level.child[h as usize]);
-                    }
-                }
-            }
+            cut.add_beside(refinement, l, f);
         }
     }
     if touched.faces == 0 {
         return touched;
     }
-    let made = cut.out(index, refinement, table);
+    for l in (1..refinement.levels.len()).rev() {
+        cut.follow_corners(index, refinement, table, l);
+    }
+    let made = cut.out(index, refinement);
     let small = build(&made.refinement, irregular);
     debug_assert_eq!(small.faces.len(), made.faces.len());
     let parts: HashMap<u32, [u32; 4]> = part_positions(&small).into_iter().collect();
-    for (i, (from, &to)) in small.faces.iter().zip(&made.faces).enumerate() {
-        if to == NONE {
-            continue;
-        }
+    for (i, (from, number)) in small.faces.iter().zip(&made.faces).enumerate() {
+        let Some(f) = *number else { continue };
+        let to = index.levels[from.level as usize].drawn[f as usize];
         let face = table.faces[to as usize];
         debug_assert_eq!((from.name, from.level, from.turn), (face.name, face.level, face.turn));
-        let first = index.levels[face.level as usize].first_point;
         let own = parts.get(&(i as u32));
-        touched.patches += copy(table, &small, &face, from, first, (&index.parts, to), own, &mut touched.control);
+        touched.patches += copy(table, &small, &index.slots, to, from, own, &mut touched.changed.control);
     }
-    touched.control.sort_unstable();
-    touched.control.dedup();
+    touched.changed.control.sort_unstable();
+    touched.changed.control.dedup();
     touched
 }
 
 /// Copies what one face is drawn with; number of its patches.
-#[allow(clippy::too_many_arguments)]
 fn copy(
     table: &mut PatchTable,
     small: &PatchTable,
-    face: &Face,
+    slots: &Slots,
+    to: u32,
     from: &Face,
-    first_point: u32,
-    (parts, number): (&[(u32, [u32; 4])], u32),
     small_parts: Option<&[u32; 4]>,
     changed: &mut Vec<u32>,
 ) -> usize {
-    let mut run = |at: u32, from: u32, n: usize| {
-        for k in 0..n {
+    let level = from.level as u8;
+    let (places, count, stride) = slots.places(table, to);
+    let small_places = small_parts.copied().unwrap_or([from.first, NONE, NONE, NONE]);
+    for (&at, from) in places.iter().zip(small_places).take(count) {
+        for k in 0..stride {
             let to = table.indices[at as usize + k];
             // Corners that a coarser face made are its own to change.
-            if to >= first_point {
+            if slots.level[to as usize] >= level {
                 let new = &small.control[small.indices[from as usize + k] as usize];
                 let old = &mut table.control[to as usize];
                 if old.map(f64::to_bits) != new.map(f64::to_bits) {
@@ -89,18 +84,176 @@ fn copy(
                 }
             }
         }
-    };
-    let points = face.kind.points();
-    let Some(small_parts) = small_parts else {
-        run(face.first, from.first, points);
-        return 1;
-    };
-    let place = parts.binary_search_by_key(&number, |p| p.0).expect("a transition face has parts");
-    let count = parts_of(constellation(face.transition)).len();
-    for (&at, &from) in parts[place].1.iter().zip(small_parts).take(count) {
-        run(at, from, points + EXTRA_POINTS);
     }
     count
+}
+
+/// Puts the patches of faces that came into the table and takes those of faces that went out of it; those whose points
+/// or whose sharing of points may differ are made anew, too. `draw` are the faces to draw anew in any case, `changed` the
+/// vertices with other values, by level.
+pub(super) fn redraw(
+    index: &mut Index,
+    refinement: &Refinement,
+    table: &mut PatchTable,
+    irregular: Irregular,
+    changed: &[Vec<u32>],
+    changes: &mut Changes,
+    draw: Vec<Vec<u32>>,
+) -> Touched {
+    let levels = refinement.levels.len();
+    // Whoever makes a corner hands it to all around it, so all of them are made anew.
+    let mut seeds: Vec<Vec<u32>> = (0..levels).map(|l| std::mem::take(&mut changes.dirty(l).corners)).collect();
+    for (l, draw) in draw.iter().enumerate() {
+        draw.iter().for_each(|&f| corners_of(refinement, l, f, &mut seeds));
+    }
+    let (mut anew, _) = incident(index, refinement, seeds);
+    for (l, (anew, draw)) in anew.iter_mut().zip(draw).enumerate() {
+        anew.extend(draw);
+        if let Some(changed) = changed.get(l) {
+            anew.extend(faces_near(index, refinement, l, changed));
+        }
+        anew.sort_unstable();
+        anew.dedup();
+    }
+    let mut written = Written::default();
+    let all = anew.iter().zip(0..).flat_map(|(faces, l)| faces.iter().map(move |&f| (l, f)));
+    for (l, f) in changes.gone.iter().copied().chain(all) {
+        let entry = index.levels[l as usize].drawn[f as usize];
+        if entry != NONE {
+            index.slots.remove(&mut index.levels, table, entry, f, &mut written);
+        }
+    }
+
+    let mut seeds = vec![Vec::new(); levels];
+    for (l, anew) in anew.iter().enumerate() {
+        anew.iter().for_each(|&f| corners_of(refinement, l, f, &mut seeds));
+    }
+    let (faces, vertices) = incident(index, refinement, seeds);
+    let mut cut = Cut::new(levels);
+    for (l, (faces, vertices)) in faces.into_iter().zip(vertices).enumerate() {
+        faces.iter().for_each(|&f| cut.add_beside(refinement, l, f));
+        cut.drawn[l] = faces;
+        let around = |v: u32| index.levels[l].around.of(v).iter().map(|&h| refinement.levels[l].face_of(h));
+        cut.between[l].extend(vertices.into_iter().flat_map(around));
+    }
+    let made = cut.out(index, refinement);
+    let small = build(&made.refinement, irregular);
+    debug_assert_eq!(small.faces.len(), made.faces.len());
+    let parts: HashMap<u32, [u32; 4]> = part_positions(&small).into_iter().collect();
+    let firsts = first_points(&small, levels);
+    let places = |i: usize| {
+        let face = &small.faces[i];
+        match parts.get(&(i as u32)) {
+            None => ([face.first, NONE, NONE, NONE], 1, face.kind.points()),
+            Some(at) => {
+                let count = parts_of(constellation(face.transition)).len();
+                (*at, count, face.kind.points() + EXTRA_POINTS)
+            }
+        }
+    };
+    // Faces that stay say which points are there already.
+    let mut number = vec![NONE; small.control.len()];
+    for (i, (face, f)) in small.faces.iter().zip(&made.faces).enumerate() {
+        let entry = f.map_or(NONE, |f| index.levels[face.level as usize].drawn[f as usize]);
+        if entry != NONE {
+            let (to, count, stride) = index.slots.places(table, entry);
+            for (at, to) in places(i).0.into_iter().zip(to).take(count) {
+                for k in 0..stride {
+                    number[small.indices[at as usize + k] as usize] = table.indices[to as usize + k];
+                }
+            }
+        }
+    }
+    let mut touched = Touched::default();
+    for (i, (face, f)) in small.faces.iter().zip(&made.faces).enumerate() {
+        let Some(f) = *f else { continue };
+        if index.levels[face.level as usize].drawn[f as usize] != NONE {
+            continue;
+        }
+        let (at, count, stride) = places(i);
+        let mut ids = Vec::with_capacity(count);
+        for at in at.into_iter().take(count) {
+            let mut own = Vec::with_capacity(stride);
+            for &point in &small.indices[at as usize..at as usize + stride] {
+                let known = &mut number[point as usize];
+                if *known == NONE {
+                    let level = firsts.partition_point(|&first| first <= point) - 1;
+                    *known = index.slots.point(table, small.control[point as usize], level as u8, &mut written);
+                } else {
+                    debug_assert_eq!(
+                        table.control[*known as usize].map(f64::to_bits),
+                        small.control[point as usize].map(f64::to_bits),
+                    );
+                }
+                own.push(*known);
+            }
+            ids.push(own);
+        }
+        let entry = index.slots.add(table, *face, f, &ids, &mut written);
+        index.levels[face.level as usize].drawn[f as usize] = entry;
+        touched.faces += 1;
+        touched.patches += count;
+    }
+    index.slots.settle(table, &mut written);
+    let indices = written.indices.into_iter().map(|[at, n]| at..at + n).collect();
+    touched.changed = Changed::together([Changed { control: written.control, indices }].iter());
+    touched
+}
+
+/// Adds the vertices of a drawn face, and those in the middle of its split edges, to those of each level.
+fn corners_of(refinement: &Refinement, l: usize, f: u32, vertices: &mut [Vec<u32>]) {
+    let level = &refinement.levels[l];
+    vertices[l].extend(level.of_face(f).map(|h| level.origin[h as usize]));
+    let mask = refinement.fates[l][f as usize] >> fate::TRANSITION;
+    if mask != 0 {
+        let next = &refinement.levels[l + 1];
+        let split = level.of_face(f).enumerate().filter(|(i, _)| mask >> i & 1 == 1);
+        let middle = |(_, h): (usize, u32)| next.origin[4 * level.child[h as usize] as usize + 1];
+        vertices[l + 1].extend(split.map(middle));
+    }
+}
+
+/// Drawn faces of all levels that touch one of the vertices, and those vertices on every level that has them.
+fn incident(index: &mut Index, refinement: &Refinement, seeds: Vec<Vec<u32>>) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
+    let epoch = index.next_epoch();
+    let mut queue: Vec<(usize, u32)> =
+        seeds.into_iter().enumerate().flat_map(|(l, vertices)| vertices.into_iter().map(move |v| (l, v))).collect();
+    let mut faces = vec![Vec::new(); refinement.levels.len()];
+    let mut vertices = faces.clone();
+    while let Some((l, v)) = queue.pop() {
+        if std::mem::replace(&mut index.levels[l].vertex_mark[v as usize], epoch) == epoch {
+            continue;
+        }
+        vertices[l].push(v);
+        let level = &refinement.levels[l];
+        for i in 0..index.levels[l].around.of(v).len() {
+            let own = &index.levels[l];
+            let h = own.around.of(v)[i];
+            let mut f = level.face_of(h);
+            let mut of = l;
+            let mut fate = refinement.fates[l][f as usize];
+            if l > 0 {
+                let parent = own.parent[f as usize];
+                if h & 3 == 0 {
+                    queue.push((l - 1, refinement.levels[l - 1].origin[parent as usize]));
+                }
+                if fate == 0 {
+                    // Padding: what is drawn there is above.
+                    (of, f) = (l - 1, refinement.levels[l - 1].face_of(parent));
+                    fate = refinement.fates[of][f as usize];
+                }
+            }
+            if fate & fate::AFFECTED != 0 && of == l {
+                queue.push((l + 1, refinement.levels[l + 1].origin[4 * level.child[h as usize] as usize]));
+            } else if fate & fate::DRAWN != 0
+                && refinement.levels[of].valence(f) == 4
+                && std::mem::replace(&mut index.levels[of].face_mark[f as usize], epoch) != epoch
+            {
+                faces[of].push(f);
+            }
+        }
+    }
+    (faces, vertices)
 }
 
 /// Drawn faces of level `l` that touch a face of one of the vertices, ascending.
@@ -146,14 +299,27 @@ struct Cut {
 /// A piece of the levels.
 struct Piece {
     refinement: Refinement,
-    /// Entry in the whole table's faces of each face that is drawn, or [`NONE`] where its points are not wanted.
-    faces: Vec<u32>,
+    /// Number in its level of each face that is drawn, `None` where its points are not wanted.
+    faces: Vec<Option<u32>>,
 }
 
 impl Cut {
     fn new(levels: usize) -> Cut {
         let none = || vec![Vec::new(); levels];
         Cut { drawn: none(), beside: none(), makers: none(), between: none() }
+    }
+
+    /// The halves of a transition face's edges are those of the children beside them.
+    fn add_beside(&mut self, refinement: &Refinement, l: usize, f: u32) {
+        let mask = refinement.fates[l][f as usize] >> fate::TRANSITION;
+        if mask != 0 && refinement.rules == Rules::Gradtess {
+            let level = &refinement.levels[l];
+            for h in level.of_face(f).enumerate().filter(|(i, _)| mask >> i & 1 == 1).map(|i| i.1) {
+                for h in [h, level.next(h)] {
+                    self.beside[l + 1].push(level.child[h as usize]);
+                }
+            }
+        }
     }
 
     /// Corners that a coarser level made and that other points of a wanted face depend on: the faces around them come along
@@ -171,14 +337,14 @@ impl Cut {
                 let v = level.origin[h as usize];
                 // Around sharp edges a corner of another colour may have lent its place.
                 let lent = level.bits[v as usize] & vertex_bits::SECTORS != 0;
-                if lent || (needs && point < own.first_point) {
+                if lent || (needs && usize::from(index.slots.level[point as usize]) < l) {
                     wanted.push((v, point, lent));
                 }
             }
         }
         for (v, point, lent) in wanted {
             let (mut l, mut v) = (l, v);
-            while l > 0 && (lent || point < index.levels[l].first_point) {
+            while l > 0 && (lent || usize::from(index.slots.level[point as usize]) < l) {
                 let h = index.levels[l].around.of(v)[0];
                 if h & 3 != 0 {
                     // The level above did not have the vertex.
@@ -200,11 +366,8 @@ impl Cut {
     }
 
     /// Cuts the faces out, each with all faces around its corners.
-    fn out(mut self, index: &mut Index, refinement: &Refinement, table: &PatchTable) -> Piece {
-        for l in (1..refinement.levels.len()).rev() {
-            self.follow_corners(index, refinement, table, l);
-        }
-        // Ascending, so that sums run in the same order as in the whole level.
+    fn out(mut self, index: &mut Index, refinement: &Refinement) -> Piece {
+        // In slot order, so that sums run in the same order as in the whole level.
         let mut taken: Vec<Vec<u32>> = Vec::with_capacity(refinement.levels.len());
         for (l, level) in refinement.levels.iter().enumerate() {
             let epoch = index.next_epoch();
@@ -218,7 +381,7 @@ impl Cut {
                 }
             }
             faces.extend_from_slice(&self.between[l]);
-            faces.sort_unstable();
+            faces.sort_unstable_by_key(|&f| level.face[f as usize]);
             faces.dedup();
             taken.push(faces);
         }
@@ -235,31 +398,35 @@ impl Cut {
         for (l, faces) in taken.iter().enumerate() {
             let below = taken.get(l + 1).map_or(&[][..], |t| t);
             let (drawn, makers) = (&mut self.drawn[l], &mut self.makers[l]);
+            drawn.sort_unstable();
             makers.sort_unstable();
             let mut fates = Vec::with_capacity(faces.len());
             for f in faces {
                 let fate = refinement.fates[l][*f as usize];
                 if drawn.binary_search(f).is_ok() {
                     fates.push(fate);
-                    piece.faces.push(index.levels[l].drawn[*f as usize]);
+                    piece.faces.push(Some(*f));
                 } else if makers.binary_search(f).is_ok() {
                     // Its corners are wanted, not its parts.
                     fates.push(fate & ((1 << fate::TRANSITION) - 1));
-                    piece.faces.push(NONE);
+                    piece.faces.push(None);
                 } else {
                     fates.push(0);
                 }
             }
-            piece.refinement.levels.push(part_of(&refinement.levels[l], faces, below));
+            let names = refinement.levels.get(l + 1).map_or(&[][..], |next| &next.face);
+            piece.refinement.levels.push(part_of(&refinement.levels[l], faces, below, names));
             piece.refinement.fates.push(fates);
         }
         piece
     }
 }
 
-/// The given faces of a level, ascending, as a level of their own; `below` are those of the next level.
-fn part_of(level: &Level, faces: &[u32], below: &[u32]) -> Level {
-    let local = |f: u32| faces.binary_search(&f).ok().map(|f| f as u32);
+/// The given faces of a level, in slot order, as a level of their own; `below` are those of the next level, whose faces
+/// have these `names`.
+fn part_of(level: &Level, faces: &[u32], below: &[u32], names: &[u64]) -> Level {
+    let local = |f: u32| faces.binary_search_by_key(&level.face[f as usize], |&f| level.face[f as usize]).ok();
+    let local = |f: u32| local(f).map(|f| f as u32);
     let quads = faces.partition_point(|&f| f < level.quads) as u32;
     let mut part = Level { level: level.level, quads, ..Level::default() };
     let polygons = faces[quads as usize..].iter().map(|&f| level.valence(f));
@@ -280,7 +447,7 @@ fn part_of(level: &Level, faces: &[u32], below: &[u32]) -> Level {
     vertices.dedup();
     let number = |v: u32| vertices.binary_search(&v).expect("a corner of a face") as u32;
     let mut tints: Vec<u32> =
-        half_edges().map(|h| level.tint[h as usize]).filter(|&t| t as usize >= level.vertices()).collect();
+        half_edges().map(|h| level.tint[h as usize]).filter(|t| vertices.binary_search(t).is_err()).collect();
     tints.sort_unstable();
     tints.dedup();
     part.bits = vertices.iter().map(|&v| level.bits[v as usize]).collect();
@@ -293,10 +460,10 @@ fn part_of(level: &Level, faces: &[u32], below: &[u32]) -> Level {
             let (v, t) = (level.origin[h as usize], level.tint[h as usize]);
             let own = number(v);
             part.origin.push(own);
-            part.tint.push(if t == v {
-                own
-            } else {
-                (vertices.len() + tints.binary_search(&t).expect("a tint of a face")) as u32
+            part.tint.push(match tints.binary_search(&t) {
+                _ if t == v => own,
+                Ok(tint) => (vertices.len() + tint) as u32,
+                Err(_) => number(t),
             });
             part.twin.push(match level.twin[h as usize] {
                 t if t < CUT => {
@@ -309,7 +476,10 @@ fn part_of(level: &Level, faces: &[u32], below: &[u32]) -> Level {
                 part.sharp.push(level.sharp[h as usize]);
             }
             part.child.push(match level.child.get(h as usize) {
-                Some(&c) if c < CUT => below.binary_search(&c).map_or(NONE, |c| c as u32),
+                Some(&c) if c < CUT => {
+                    let name = |c: u32| names[c as usize];
+                    below.binary_search_by_key(&name(c), |&c| name(c)).map_or(NONE, |c| c as u32)
+                }
                 _ => NONE,
             });
         }

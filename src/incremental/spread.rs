@@ -11,7 +11,18 @@ use crate::subdiv::gather::{self, Around};
 use crate::subdiv::level::{Level, CUT};
 use glam::{DVec2, DVec4};
 
-/// Writes what follows from `edits`, which `scene` and `mesh` have already, into the levels, and returns the changed
+/// What changed beside values.
+#[derive(Default)]
+pub struct News {
+    /// Vertices that are new, of each level.
+    pub vertices: Vec<Vec<u32>>,
+    /// Level and vertex of geometry edits that came or went.
+    pub moves: Vec<(u32, u32)>,
+    /// Points of M^0 of handles that came or went.
+    pub points: Vec<u32>,
+}
+
+/// Writes what follows from `edits` and `news`, which `scene` and `mesh` have already, into the levels, and returns the changed
 /// vertices of each level, ascending. `None`: an edge becomes sharp or stops being so; the levels are then half-way and
 /// to be made anew.
 ///
@@ -23,8 +34,10 @@ pub fn spread(
     mesh: &HalfEdgeMesh,
     refinement: &mut Refinement,
     edits: &[ValueEdit],
+    news: &News,
 ) -> Option<Vec<Vec<u32>>> {
-    let seeds = Seeds::of(index, mesh, edits)?;
+    let mut seeds = Seeds::of(index, mesh, edits)?;
+    seeds.points.extend_from_slice(&news.points);
     let mut changed = Vec::with_capacity(refinement.levels.len());
     let (mut moved, mut painted) = (Vec::new(), Vec::new());
     for l in 0..refinement.levels.len() {
@@ -36,6 +49,11 @@ pub fn spread(
         };
         let mut to_move = if l == 0 { seeds.points.clone() } else { below(&moved, level) };
         let mut to_paint = below(&painted, level);
+        to_move.extend(news.moves.iter().filter(|m| m.0 == l as u32).map(|m| m.1));
+        if let Some(new) = news.vertices.get(l) {
+            to_move.extend_from_slice(new);
+            to_paint.extend_from_slice(new);
+        }
         let groups = seeds.groups.iter().filter(|g| g.0 == l as u32).map(|g| g.1).collect();
         let epochs = [index.next_epoch(), index.next_epoch()];
 

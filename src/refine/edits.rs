@@ -1,6 +1,6 @@
 //! The scene's edits, resolved once: from numbers in a file to slots and anchors.
 
-use crate::scene::{ColourEdit, Frame, Scene};
+use crate::scene::{ColourEdit, Frame, GeometryEdit, Scene};
 use crate::subdiv::edit::Anchor;
 use crate::subdiv::index_map::{IndexMap, Slot};
 use glam::DVec4;
@@ -116,24 +116,7 @@ impl Edits {
 pub fn resolve(scene: &Scene, map: &IndexMap) -> Result<Edits, EditError> {
     let mut edits = Edits::default();
     for (index, e) in scene.geometry.iter().enumerate() {
-        let missing = || no_such("geometry", index, e.level, e.half_edge, map);
-        if e.level > MAX_LEVEL {
-            return Err(EditError::TooDeep { what: "geometry", index, level: e.level });
-        }
-        let (slot, anchor) = match (map.from_app_a(e.level, e.half_edge), e.frame) {
-            (Some(d), Frame::Sector) => (d, Anchor::Sector),
-            (Some(d), Frame::Boundary) if map.twin(e.level, d).is_none() => (d, Anchor::Boundary),
-            (Some(_), Frame::Boundary) => {
-                return Err(EditError::NotOnBoundary { index, level: e.level, half_edge: e.half_edge })
-            }
-            (None, Frame::Sector) => {
-                let twin = map.boundary_twin_app_a(e.level, e.half_edge).ok_or_else(missing)?;
-                (map.from_app_a(e.level, twin).ok_or_else(missing)?, Anchor::SectorBeyond)
-            }
-            (None, Frame::Boundary) => return Err(missing()),
-        };
-        let vertex = if anchor == Anchor::Sector { slot } else { map.next(e.level, slot) };
-        edits.moves.push(Move { level: e.level, slot, vertex, anchor, a: e.a, b: e.b });
+        edits.moves.push(resolve_move(index, e, map)?);
     }
     for (index, e) in scene.colours.iter().enumerate() {
         edits.paints.push(resolve_paint(index, e, map)?);
@@ -154,6 +137,28 @@ pub fn resolve(scene: &Scene, map: &IndexMap) -> Result<Edits, EditError> {
     // One number to compare: slots of level 12 take 58 bits, levels four.
     edits.paints.sort_by_key(|p| u128::from(p.vertex.0) << 96 | u128::from(p.vertex.1) << 8 | u128::from(p.level));
     Ok(edits)
+}
+
+/// Resolves one geometry edit.
+pub(crate) fn resolve_move(index: usize, e: &GeometryEdit, map: &IndexMap) -> Result<Move, EditError> {
+    let missing = || no_such("geometry", index, e.level, e.half_edge, map);
+    if e.level > MAX_LEVEL {
+        return Err(EditError::TooDeep { what: "geometry", index, level: e.level });
+    }
+    let (slot, anchor) = match (map.from_app_a(e.level, e.half_edge), e.frame) {
+        (Some(d), Frame::Sector) => (d, Anchor::Sector),
+        (Some(d), Frame::Boundary) if map.twin(e.level, d).is_none() => (d, Anchor::Boundary),
+        (Some(_), Frame::Boundary) => {
+            return Err(EditError::NotOnBoundary { index, level: e.level, half_edge: e.half_edge })
+        }
+        (None, Frame::Sector) => {
+            let twin = map.boundary_twin_app_a(e.level, e.half_edge).ok_or_else(missing)?;
+            (map.from_app_a(e.level, twin).ok_or_else(missing)?, Anchor::SectorBeyond)
+        }
+        (None, Frame::Boundary) => return Err(missing()),
+    };
+    let vertex = if anchor == Anchor::Sector { slot } else { map.next(e.level, slot) };
+    Ok(Move { level: e.level, slot, vertex, anchor, a: e.a, b: e.b })
 }
 
 /// Resolves one colour edit.

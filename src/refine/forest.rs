@@ -19,7 +19,7 @@ use crate::scene::CornerRule;
 use crate::subdiv::index_map::{IndexMap, Slot};
 
 /// The faces to refine.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Forest {
     /// One flag for each face of M^0.
     level0: Vec<bool>,
@@ -48,6 +48,18 @@ impl Forest {
             child: Vec::new(),
             by_level: vec![Vec::new()],
         }
+    }
+
+    /// Unmarks everything. Time linear in the marks.
+    fn clear(&mut self) {
+        for &f in &self.by_level[0] {
+            self.level0[f as usize] = false;
+        }
+        for &root in self.by_level.get(1).into_iter().flatten() {
+            self.root[root as usize] = NONE;
+        }
+        self.child.clear();
+        self.by_level.iter_mut().for_each(Vec::clear);
     }
 
     /// Whether a face of M^0 is to be refined.
@@ -240,10 +252,7 @@ pub fn plan(map: &IndexMap, edits: &Edits, sharp: &[u32], rules: Rules, corners:
         let extraordinary = extraordinary0(map, corners);
         let meetings = meetings(map, &edits.paints, sharp, corners);
         for m in &meetings {
-            // Names of faces below the deepest level would not fit.
-            for l in (0..meetings::LEVELS).take_while(|l| m.level + l < MAX_LEVEL) {
-                forest.mark_star(map, m.level + l, m.slot << (2 * l));
-            }
+            mark_meeting(&mut forest, map, m);
         }
         close(&mut forest, map, &extraordinary);
         if isolate > 0 {
@@ -426,5 +435,60 @@ pub fn first_slot(map: &IndexMap, level: u32, name: u64) -> Slot {
     match level {
         0 if name >= 2 * s => 8 * s + u64::from(map.mesh().face_start[(name - 2 * s) as usize]),
         _ => 4 * name,
+    }
+}
+
+/// The plan by its causes: what one edit, one group of colour edits or one meeting of sharp edges marks, closed by itself.
+/// Every rule of [`plan`] has a single premise, a marked face, so the plan is the union of what its causes ask for, and an
+/// edit that comes or goes changes only its own share. [`Rules::Gradtess`] without isolation only.
+#[derive(Clone, Debug)]
+pub(crate) struct Causes {
+    /// Scratch, clean between calls.
+    forest: Forest,
+    extraordinary: Vec<bool>,
+}
+
+impl Causes {
+    /// Time and memory linear in the input mesh.
+    pub fn new(map: &IndexMap, corners: CornerRule) -> Causes {
+        Causes { forest: Forest::new(map), extraordinary: extraordinary0(map, corners) }
+    }
+
+    /// Names of the faces of each level that a geometry edit asks for. Time linear in their number, as for the others.
+    pub fn of_move(&mut self, map: &IndexMap, m: &super::edits::Move) -> &[Vec<u64>] {
+        self.closed(map, |forest| {
+            if m.level > 0 {
+                forest.mark_two_ring(map, m.level, m.vertex);
+            }
+        })
+    }
+
+    /// All colour edits of one vertex.
+    pub fn of_paints(&mut self, map: &IndexMap, group: &[Paint]) -> &[Vec<u64>] {
+        self.closed(map, |forest| mark_paints(forest, map, group, Rules::Gradtess))
+    }
+
+    /// The shape of the mesh.
+    pub fn of_polygons(&mut self, map: &IndexMap) -> &[Vec<u64>] {
+        self.closed(map, |forest| mark_polygons(forest, map))
+    }
+
+    /// A meeting of sharp edges.
+    pub fn of_meeting(&mut self, map: &IndexMap, m: &meetings::Meeting) -> &[Vec<u64>] {
+        self.closed(map, |forest| mark_meeting(forest, map, m))
+    }
+
+    fn closed(&mut self, map: &IndexMap, mark: impl FnOnce(&mut Forest)) -> &[Vec<u64>] {
+        self.forest.clear();
+        mark(&mut self.forest);
+        close(&mut self.forest, map, &self.extraordinary);
+        &self.forest.by_level
+    }
+}
+
+fn mark_meeting(forest: &mut Forest, map: &IndexMap, m: &meetings::Meeting) {
+    // Names of faces below the deepest level would not fit.
+    for l in (0..meetings::LEVELS).take_while(|l| m.level + l < MAX_LEVEL) {
+        forest.mark_star(map, m.level + l, m.slot << (2 * l));
     }
 }

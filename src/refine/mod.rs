@@ -116,6 +116,27 @@ pub struct Refinement {
     pub edit_level: u32,
 }
 
+impl Refinement {
+    /// Number of a face of a level by its name, `None` where it is not there. Time linear in the level.
+    pub fn find(&self, level: u32, name: u64) -> Option<u32> {
+        if level == 0 {
+            return u32::try_from(name).ok().filter(|&f| (f as usize) < self.levels[0].faces());
+        }
+        let mut h = (name >> (2 * (level - 1))) as u32;
+        for l in 0..level {
+            let child = *self.levels.get(l as usize)?.child.get(h as usize)?;
+            if child >= CUT {
+                return None;
+            }
+            if l + 1 == level {
+                return Some(child);
+            }
+            h = 4 * child + (name >> (2 * (level - 2 - l)) & 3) as u32;
+        }
+        None
+    }
+}
+
 /// Refines `scene`, whose mesh is `mesh`. Time and memory linear in the faces made, which are at most a constant
 /// times the faces drawn.
 ///
@@ -280,7 +301,7 @@ fn descend(level: &Level, forest: &Forest, nodes: &[Node], children: usize) -> V
 }
 
 /// Level 0: vertices of faces that are no quads. Empty where there are none.
-fn around_polygons(level: &Level) -> Vec<bool> {
+pub(crate) fn around_polygons(level: &Level) -> Vec<bool> {
     let mut around = Vec::new();
     for f in level.quads..level.faces() as u32 {
         if level.valence(f) != 4 {
@@ -318,6 +339,34 @@ fn irregular_corner(level: &Level, h: u32, around_polygons: &[bool], corners: Co
 pub(crate) fn irregular_face(level: &Level, f: u32, corners: CornerRule, rules: Rules) -> bool {
     let around = around_polygons(level);
     level.of_face(f).any(|h| irregular_corner(level, h, &around, corners, rules))
+}
+
+/// The [`fate`] of one face of a level that is edited in place, as [`refine`] has it; `around_polygons` are the vertices of
+/// M^0 around faces that are no quads, and empty above.
+pub(crate) fn fate_of(
+    level: &Level,
+    f: u32,
+    affected: impl Fn(u32) -> bool,
+    around_polygons: &[bool],
+    corners: CornerRule,
+) -> u8 {
+    if affected(f) {
+        return fate::AFFECTED;
+    }
+    if !level.inside[f as usize] {
+        return 0;
+    }
+    let mut bits = fate::DRAWN;
+    let irregular = |h: u32| irregular_corner(level, h, around_polygons, corners, Rules::Gradtess);
+    if level.valence(f) != 4 || level.of_face(f).any(irregular) {
+        bits |= fate::IRREGULAR;
+    }
+    for (i, h) in level.of_face(f).enumerate().take(4) {
+        if level.across(h).is_some_and(|t| affected(level.face_of(t))) {
+            bits |= 1 << (fate::TRANSITION + i as u32);
+        }
+    }
+    bits
 }
 
 /// Faces of the colour sector that the corner of `h` lies in.

@@ -10,43 +10,81 @@ use crate::scene::CornerRule;
 use glam::{DVec2, DVec4};
 use vertex_bits::{BOUNDARY, CORNER, DART, EXTRAORDINARY, SECTORS};
 
-/// The half-edges that leave each vertex of a level, ascending; across cuts too, where no walk gets.
+/// The half-edges that leave each vertex of a level, in slot order; across cuts too, where no walk gets. Lists grow and
+/// shrink in place; one that outgrows its room moves to the end.
 #[derive(Clone, Debug, Default)]
 pub struct Around {
-    start: Vec<u32>,
+    /// Of each vertex: where its list begins, how long it is, and what there is room for.
+    list: Vec<[u32; 3]>,
     half_edge: Vec<u32>,
 }
 
 impl Around {
-    /// Time linear in the level.
+    /// Time linear in the level, whose faces stand in slot order.
     pub fn new(level: &Level) -> Around {
-        let mut start = vec![0u32; level.vertices() + 1];
+        let mut list = vec![[0u32; 3]; level.vertices()];
         for &v in &level.origin {
-            start[v as usize + 1] += 1;
+            list[v as usize][2] += 1;
         }
-        for v in 0..level.vertices() {
-            start[v + 1] += start[v];
+        let mut end = 0;
+        for [begin, _, room] in &mut list {
+            *begin = end;
+            end += *room;
         }
         let mut half_edge = vec![0; level.half_edges()];
         for (h, &v) in level.origin.iter().enumerate() {
-            half_edge[start[v as usize] as usize] = h as u32;
-            start[v as usize] += 1;
+            let [begin, length, _] = &mut list[v as usize];
+            half_edge[(*begin + *length) as usize] = h as u32;
+            *length += 1;
         }
-        // Each start has moved on to the next one.
-        start.rotate_right(1);
-        start[0] = 0;
-        Around { start, half_edge }
+        Around { list, half_edge }
     }
 
     /// Half-edges that leave `v`.
     #[inline]
     pub fn of(&self, v: u32) -> &[u32] {
-        &self.half_edge[self.start[v as usize] as usize..self.start[v as usize + 1] as usize]
+        let [begin, length, _] = self.list[v as usize];
+        &self.half_edge[begin as usize..(begin + length) as usize]
+    }
+
+    /// Empty lists for vertices up to this many.
+    pub fn extend_to(&mut self, vertices: usize) {
+        self.list.resize(vertices.max(self.list.len()), [0; 3]);
+    }
+
+    /// Puts `h` in its place in the list of `v`.
+    pub fn insert(&mut self, level: &Level, v: u32, h: u32) {
+        let [begin, length, room] = self.list[v as usize];
+        if length == room {
+            // A regular vertex has four.
+            let room = (2 * room).max(4);
+            let to = self.half_edge.len();
+            self.half_edge.extend_from_within(begin as usize..(begin + length) as usize);
+            self.half_edge.resize(to + room as usize, 0);
+            self.list[v as usize] = [to as u32, length, room];
+        }
+        let [begin, length, _] = &mut self.list[v as usize];
+        let at = *begin as usize;
+        let list = &mut self.half_edge[at..=at + *length as usize];
+        let place = list[..*length as usize].partition_point(|&g| level.is_before(g, h));
+        list[place..].rotate_right(1);
+        list[place] = h;
+        *length += 1;
+    }
+
+    /// Takes `h` out of the list of `v`.
+    pub fn remove(&mut self, v: u32, h: u32) {
+        let [begin, length, _] = &mut self.list[v as usize];
+        let list = &mut self.half_edge[*begin as usize..(*begin + *length) as usize];
+        if let Some(place) = list.iter().position(|&g| g == h) {
+            list[place..].rotate_left(1);
+            *length -= 1;
+        }
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        4 * (self.start.capacity() + self.half_edge.capacity())
+        12 * self.list.capacity() + 4 * self.half_edge.capacity()
     }
 }
 
@@ -134,7 +172,8 @@ fn edge(level: &Level, h: u32) -> Value {
     match level.across(h) {
         None => share(h),
         Some(t) => {
-            let [low, high] = [h.min(t), h.max(t)].map(|h| share(h) + centre(level, level.face_of(h)));
+            let [low, high] = if level.is_before(h, t) { [h, t] } else { [t, h] };
+            let [low, high] = [low, high].map(|h| share(h) + centre(level, level.face_of(h)));
             (Value::default() + low + high) * 0.25
         }
     }

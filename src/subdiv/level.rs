@@ -166,6 +166,15 @@ impl Level {
         self.first(f)..self.first(f + 1)
     }
 
+    /// Whether `g` comes before `h` in slot order, which is that of the numbers unless faces came and went in place.
+    #[inline]
+    pub fn is_before(&self, g: u32, h: u32) -> bool {
+        match self.level {
+            0 => g < h,
+            _ => (self.face[g as usize >> 2], g & 3) < (self.face[h as usize >> 2], h & 3),
+        }
+    }
+
     /// Opposite half-edge, `None` on the boundary and at a cut.
     #[inline]
     pub fn across(&self, h: u32) -> Option<u32> {

@@ -6,7 +6,7 @@
 //! milliseconds.
 
 use glam::{DVec2, DVec4};
-use gradtess::incremental::{Outcome, State, ValueEdit};
+use gradtess::incremental::{Delta, Outcome, State, ValueEdit};
 use gradtess::mesh;
 use gradtess::patch::build::{build, rebuild};
 use gradtess::patch::pack::{repack, PackedTable};
@@ -131,7 +131,8 @@ fn drag(one: &Scene, n: u32, runs: usize) -> ([f64; 2], [usize; 2], f64) {
         for k in 0..8 {
             let x = 0.01 * (1 + k + 8 * (i % 4)) as f64;
             let start = Instant::now();
-            let outcome = state.apply(&[ValueEdit::Geometry(handle as u32, [a + x, b - x])]);
+            let delta = Delta::of(vec![ValueEdit::Geometry(handle as u32, [a + x, b - x])]);
+            let outcome = state.apply(&delta).unwrap();
             times[1].push(start.elapsed().as_secs_f64() * 1e3);
             let Outcome::Local(t) = outcome else { panic!("a drag keeps the plan") };
             assert!(!t.control.is_empty());

@@ -5,7 +5,7 @@ use super::source::{row, Counts, Facts, Source};
 use crate::command::open::Loaded;
 use crate::command::{Failure, PatchesFlag, RulesFlag};
 use crate::gpu::{DeviceTable, Gpu};
-use crate::incremental::{Outcome, State, ValueEdit};
+use crate::incremental::{Delta, Outcome, State, ValueEdit};
 use crate::mesh::{self, MeshError};
 use crate::patch::build::{build, rebuild};
 use crate::patch::points::Irregular;
@@ -242,13 +242,13 @@ impl Source for SubdivisionSource {
         self.replayed = Some(i);
         if let Some(state) = &mut self.state {
             fields.cpu_edit_ms = lap();
-            let outcome = state.apply(&edits);
+            let outcome = state.apply(&Delta::of(edits)).map_err(Failure::input)?;
             let both = lap();
             if let Outcome::Local(touched) = outcome {
                 let [_, patches] = touched.times.map(|t| t.as_secs_f64() * 1e3);
                 fields.cpu_patch_ms = Some(patches);
                 fields.cpu_refine_ms = both.map(|ms| ms - patches);
-                fields.upload_bytes = Some(gpu.update_points(table, &state.table, &touched.control)?.bytes);
+                fields.upload_bytes = Some(gpu.update_points(table, &state.table, &touched.changed.control)?.bytes);
                 fields.faces_touched = Some(touched.faces as u64);
                 fields.patches_changed = Some(touched.patches as u64);
             } else {

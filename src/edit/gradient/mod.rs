@@ -19,6 +19,7 @@ use crate::ferguson::live::LiveTable;
 use crate::ferguson::mesh::{HalfEdge, Journal};
 use crate::ferguson::split::Axis;
 use crate::ferguson::{FergusonError, Mesh};
+use crate::incremental::Changed;
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use folds::Watch;
@@ -154,13 +155,10 @@ impl Gradient {
         self.live.table()
     }
 
-    /// Control points changed since a revision; `None`: all.
-    pub fn changed_since(&self, revision: u64) -> Option<Vec<u32>> {
-        if revision + 1 == self.revision {
-            self.changed.clone()
-        } else {
-            None
-        }
+    /// What of the table changed since a revision; `None`: all.
+    pub fn changed_since(&self, revision: u64) -> Option<Changed> {
+        let control = if revision + 1 == self.revision { self.changed.clone() } else { None };
+        control.map(|control| Changed { control, indices: Vec::new() })
     }
 
     fn follow(&mut self, touched: &BTreeSet<u32>) {
