@@ -261,7 +261,7 @@ mod tests {
             let cell = 1.0 / f64::from(n);
             let middle = DVec2::splat(0.5);
             let (p, _, _) = g.patch_at(middle + DVec2::splat(0.4 * cell)).unwrap();
-            let sent = |g: &Gradient| g.changed_since(g.revision - 1).map(|points| points.len());
+            let sent = |g: &Gradient| g.changed_since(g.revision - 1).map(|changed| changed.control.len());
             let mut begun = Instant::now();
             let mut took = |what: &str| {
                 println!("{} patches, {what}: {:?}", n * n, begun.elapsed());
