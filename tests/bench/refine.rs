@@ -135,7 +135,7 @@ fn drag(one: &Scene, n: u32, runs: usize) -> ([f64; 2], [usize; 2], f64) {
             let outcome = state.apply(&delta).unwrap();
             times[1].push(start.elapsed().as_secs_f64() * 1e3);
             let Outcome::Local(t) = outcome else { panic!("a drag keeps the plan") };
-            assert!(!t.control.is_empty());
+            assert!(!t.changed.control.is_empty());
             touched = t.faces;
         }
     }
