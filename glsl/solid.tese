@@ -15,6 +15,7 @@ layout(location = 2) out float weight;
 
 #include "inc/bezier.glsl"
 #include "inc/face.glsl"
+#include "inc/shade.glsl"
 
 // Nearer than this to a side means on it.
 const float ON_SIDE = 1.0 / 512.0;
@@ -125,12 +126,5 @@ void main()
         derivatives(mix(uv, vec2(0.5), 1.0 / 256.0), du, dv);
         across = cross(du, dv);
     }
-    vec3 limit = normalize(across);
-    vec3 subdivided = dot(v.b.xyz, v.b.xyz) > 0.0 ? normalize(v.b.xyz) : limit;
-    float b = clamp(v.a.w, 0.0, 1.0);
-    float blend = push.normals == 1u ? 0.0 : push.normals == 2u ? 1.0 : b > 0.0 ? pow(b, push.up.w) : 0.0;
-    normal = mix(limit, subdivided, blend);
-    position = v.a.xyz;
-    weight = b;
-    gl_Position = push.clip * vec4(position, 1.0);
+    shade(v.a, v.b, across);
 }

@@ -136,8 +136,8 @@
 //!
 //! `repro --only zbk23` makes Figs. 1 to 6 and 8 to 13.
 //!
-//! Beyond the paper, [`surface::patches`] draws the limit of a Catmull-Clark surface with N_B at every vertex that the
-//! tessellator makes (`render --tess 16`), refined by [`surface::adaptive`] (NLMD12); `gradtess bench`
+//! Beyond the paper, [`surface::patches`] draws the limit of surfaces of both schemes with N_B at every vertex that the
+//! tessellator makes (`render --tess 16`, `--scheme loop --tess 16`), refined by [`surface::adaptive`] (NLMD12); `gradtess bench`
 //! compares both. Departures from the authors' tool, each with its reason, are listed in [`surface`].
 //!
 //! # BLHK18, piece by piece

@@ -45,7 +45,7 @@ fn examine(bytes: &[u8]) -> bool {
         assert!(shaded.weight.iter().all(|w| (0.0..=1.0).contains(w)));
         assert!(limit_positions(&levels[2]).iter().all(|p| p.is_finite()));
         let control = Level::new(scene, &mesh, scheme).unwrap();
-        if scheme == Scheme::CatmullClark && first_level(&control) <= 4 {
+        if first_level(&control) <= 4 {
             let settings = Settings::default();
             let depth = Depth::adaptive(first_level(&control).max(3), &settings);
             let (_, made) = patches(&control, &scene.normals, &settings, depth);

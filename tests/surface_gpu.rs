@@ -8,11 +8,12 @@ use gradtess::camera::{Camera, Projection};
 use gradtess::check::solid_cracks::{look_around, triangles_of};
 use gradtess::gpu::{Pixels, SolidFrame, SolidShow, Tessellation};
 use gradtess::mesh;
-use gradtess::patch::solid::{Segments, SolidTable};
+use gradtess::patch::solid::{Primitive, Segments, SolidTable};
 use gradtess::scene::surface::SurfaceScene;
 use gradtess::surface::adaptive::Depth;
 use gradtess::surface::drawing;
 use gradtess::surface::level::{Level, Scheme};
+use gradtess::surface::patch_eval::point;
 use gradtess::surface::patches::patches;
 use gradtess::surface::refine::levels;
 use gradtess::surface::shade::{shade, Settings};
@@ -129,22 +130,25 @@ fn normals_are_seen_from_either_side_and_lines_lie_on_faces() {
 #[test]
 fn patches_have_no_cracks_and_the_sides_of_triangles() {
     with_gpu(|gpu| {
-        for text in [CUBE.to_string(), CUBE.replace("t crease", "t creased")] {
-            let control = &levels_of(&text, Scheme::CatmullClark, 0)[0];
+        let quads = [CUBE.to_string(), CUBE.replace("t crease", "t creased")].map(|text| (text, Scheme::CatmullClark));
+        let semi = TETRAHEDRON.replace(" 10\n", " 1.5\n");
+        let triangles = [TETRAHEDRON.to_string(), semi].map(|text| (text, Scheme::Loop));
+        for (text, scheme) in quads.into_iter().chain(triangles) {
+            let control = &levels_of(&text, scheme, 0)[0];
             let (_, made) = patches(control, &[], &Settings::default(), Depth::adaptive(3, &Settings::default()));
-            assert!(!made.transition.is_empty());
+            assert!(made.transitions() > 0);
             let bounds = gradtess::camera::bounds(control.position.iter().copied()).unwrap();
             let table = drawing::patches(&made, bounds);
             for segments in [Segments::Fixed(1), Segments::Fixed(5), Segments::Base(12)] {
                 let tessellation = Tessellation { segments, ..Tessellation::default() };
                 let triangles = drawing::tessellated(&made, segments);
-                let found = look_around(gpu, &table, &triangles, tessellation, [5, 96], 7).unwrap();
-                assert!(found.cracks == 0 && found.covered > 4000, "{segments:?}: {found:?}");
+                let found = look_around(gpu, &table, &triangles, tessellation, [3, 96], 7).unwrap();
+                assert!(found.cracks == 0 && found.covered > 2000, "{segments:?}: {found:?}");
             }
             // A closed surface: its front is what is seen, by triangles and by patches.
             let camera = Camera::orbit(bounds, 40.0, 25.0, Projection::Perspective { fov: 30.0 }, 1.0);
             let sides = frame(camera, SolidShow::Sides, 1);
-            let uniform = self::table(&levels_of(&text, Scheme::CatmullClark, 5));
+            let uniform = self::table(&levels_of(&text, scheme, 5));
             let see = |table: &SolidTable| {
                 let prepared = gpu.prepare_solid(table, &sides).unwrap();
                 prepared.run(true).unwrap();
@@ -152,6 +156,55 @@ fn patches_have_no_cracks_and_the_sides_of_triangles() {
             };
             assert_eq!(see(&table), [255; 4]);
             assert_eq!(see(&uniform), [255; 4]);
+        }
+    });
+}
+
+#[test]
+fn normals_on_the_device_are_those_of_the_cpu() {
+    with_gpu(|gpu| {
+        for (text, scheme) in [(CUBE, Scheme::CatmullClark), (TETRAHEDRON, Scheme::Loop)] {
+            let control = &levels_of(text, scheme, 0)[0];
+            let (_, made) = patches(control, &[], &Settings::default(), Depth::adaptive(3, &Settings::default()));
+            let bounds = gradtess::camera::bounds(control.position.iter().copied()).unwrap();
+            // The same patches as triangles with normals of the CPU, each patch a lattice.
+            let n = 12;
+            let mut triangles = SolidTable::new(bounds);
+            for patch in made.iter() {
+                let corners = patch.form.sides();
+                let inside = |i: u32, j: u32| corners == 4 || i + j <= n;
+                let mut number = std::collections::HashMap::new();
+                for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))).filter(|&(i, j)| inside(i, j)) {
+                    let [u, v] = [i, j].map(|k| f64::from(k) / f64::from(n));
+                    let p = point(patch.form, &patch.control, u, v, 1.0);
+                    number.insert((i, j), triangles.vertex(p.position, p.weight, p.blended));
+                }
+                for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).filter(|&(i, j)| inside(i + 1, j)) {
+                    let [a, b, d] = [(i, j), (i + 1, j), (i, j + 1)].map(|k| number.get(&k).copied());
+                    let c = number.get(&(i + 1, j + 1)).copied();
+                    triangles.indices.extend([a, b, d].map(|k| k.unwrap()));
+                    if let Some(c) = c {
+                        triangles.indices.extend([b.unwrap(), c, d.unwrap()]);
+                    }
+                }
+            }
+            triangles.part(Primitive::Triangles);
+            let camera = Camera::orbit(bounds, 40.0, 25.0, Projection::Perspective { fov: 30.0 }, 1.0);
+            let tessellation = Tessellation { segments: Segments::Fixed(n), ..Tessellation::default() };
+            for show in [SolidShow::Normals, SolidShow::Weights] {
+                let see = |table: &SolidTable| {
+                    let frame = SolidFrame { tessellation, ..frame(camera, show, 1) };
+                    let prepared = gpu.prepare_solid(table, &frame).unwrap();
+                    prepared.run(true).unwrap();
+                    prepared.floats().unwrap()
+                };
+                let (cpu, gpu) = (see(&triangles), see(&drawing::patches(&made, bounds)));
+                let apart: Vec<f32> = cpu.iter().zip(&gpu).map(|(a, b)| (a - b).abs()).collect();
+                let mean = apart.iter().sum::<f32>() / apart.len() as f32;
+                let far = apart.iter().filter(|&&d| d > 0.01).count();
+                // A few pixels of the contour and of creases are covered by one only.
+                assert!(mean < 1e-3 && far < 150, "{scheme:?} {show:?}: {mean}, {far} of {}", apart.len());
+            }
         }
     });
 }

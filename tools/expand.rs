@@ -27,7 +27,7 @@ const fn out(name: &'static str, source: &'static str, defines: &'static [(&'sta
 
 /// Every output, in the order of the manifest.
 #[rustfmt::skip]
-pub const OUTPUTS: [Output; 51] = [
+pub const OUTPUTS: [Output; 57] = [
     out("patch.vert", "patch.vert", &[]),
     out("bicubic.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "0")]),
     out("bicubic_triangle.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "1")]),
@@ -79,6 +79,12 @@ pub const OUTPUTS: [Output; 51] = [
     out("solid_bicubic.tese", "solid.tese", &[("GREGORY", "0"), ("TRANSITION", "0")]),
     out("solid_gregory.tese", "solid.tese", &[("GREGORY", "1"), ("TRANSITION", "0")]),
     out("solid_transition.tese", "solid.tese", &[("GREGORY", "0"), ("TRANSITION", "1")]),
+    out("solid_quartic.tesc", "solid_quartic.tesc", &[("GREGORY", "0"), ("TRANSITION", "0")]),
+    out("solid_quartic_gregory.tesc", "solid_quartic.tesc", &[("GREGORY", "1"), ("TRANSITION", "0")]),
+    out("solid_quartic_transition.tesc", "solid_quartic.tesc", &[("GREGORY", "0"), ("TRANSITION", "1")]),
+    out("solid_quartic.tese", "solid_quartic.tese", &[("GREGORY", "0"), ("TRANSITION", "0")]),
+    out("solid_quartic_gregory.tese", "solid_quartic.tese", &[("GREGORY", "1"), ("TRANSITION", "0")]),
+    out("solid_quartic_transition.tese", "solid_quartic.tese", &[("GREGORY", "0"), ("TRANSITION", "1")]),
 ];
 
 /// Text of `glsl/NAME` with every `#include "..."` (relative to `glsl/`) replaced by the file's text, and the

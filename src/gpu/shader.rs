@@ -81,6 +81,11 @@ pub(super) fn solid(primitive: Primitive) -> Option<[Spv; 2]> {
         Primitive::Bicubic => Some([spv!("solid_bicubic.tesc"), spv!("solid_bicubic.tese")]),
         Primitive::Gregory => Some([spv!("solid_gregory.tesc"), spv!("solid_gregory.tese")]),
         Primitive::Transition => Some([spv!("solid_transition.tesc"), spv!("solid_transition.tese")]),
+        Primitive::Quartic => Some([spv!("solid_quartic.tesc"), spv!("solid_quartic.tese")]),
+        Primitive::QuarticGregory => Some([spv!("solid_quartic_gregory.tesc"), spv!("solid_quartic_gregory.tese")]),
+        Primitive::QuarticTransition => {
+            Some([spv!("solid_quartic_transition.tesc"), spv!("solid_quartic_transition.tese")])
+        }
     }
 }
 

@@ -209,9 +209,7 @@ impl PreparedSolid {
                 _ if !llvmpipe => u32::MAX / points * points,
                 Primitive::Triangles | Primitive::Lines => MOST_INDICES,
                 // As many patches as make so many vertices.
-                Primitive::Bicubic | Primitive::Gregory | Primitive::Transition => {
-                    (MOST_INDICES / (frame.tessellation.segments.at(part.level) + 1).pow(2)).max(1) * points
-                }
+                _ => (MOST_INDICES / (frame.tessellation.segments.at(part.level) + 1).pow(2)).max(1) * points,
             };
             let (first, count) = (part.first, part.count * points);
             made.steps.push(Step { pipeline, first, count, most, level: part.level });
@@ -247,7 +245,7 @@ impl PreparedSolid {
             topology: match primitive {
                 Primitive::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
                 Primitive::Lines => vk::PrimitiveTopology::LINE_LIST,
-                Primitive::Bicubic | Primitive::Gregory | Primitive::Transition => vk::PrimitiveTopology::PATCH_LIST,
+                _ => vk::PrimitiveTopology::PATCH_LIST,
             },
             patch_points: if primitive.is_patch() { primitive.points() as u32 } else { 0 },
             wire: false,
@@ -349,7 +347,7 @@ fn check(context: &Context, table: &SolidTable, frame: &SolidFrame) -> Result<()
             return fault(format!("{n} segments an edge; give 1 to 64"));
         }
         let finer = frame.tessellation.segments.at(part.level + 1);
-        if part.primitive == Primitive::Transition && finer > 32 {
+        if part.primitive.is_transition() && finer > 32 {
             return fault(format!(
                 "{finer} segments an edge beside coarser patches, which have room for 32 of each of two; give fewer"
             ));

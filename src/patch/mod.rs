@@ -37,6 +37,7 @@ pub(crate) mod gregory;
 pub mod pack;
 pub mod points;
 pub mod pool;
+pub mod quartic;
 pub mod remap;
 mod runs;
 pub mod solid;

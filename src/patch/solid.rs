@@ -16,6 +16,13 @@ pub enum Primitive {
     /// 32 points of a bicubic patch with finer neighbours: its 16, the two inner points of the first half, the middle and
     /// the two inner points of the second half of up to three sides, and one whose x has bit i set where side i has them.
     Transition,
+    /// 15 points of a quartic triangle, as in [`super::quartic`].
+    Quartic,
+    /// 18 points of a Gregory triangle.
+    QuarticGregory,
+    /// 30 points of a quartic triangle with finer neighbours: its 15, the three inner points of the first half, the middle
+    /// and the three inner points of the second half of up to two sides, and one whose x has bit i set where side i has them.
+    QuarticTransition,
 }
 
 impl Primitive {
@@ -27,6 +34,9 @@ impl Primitive {
             Primitive::Bicubic => 16,
             Primitive::Gregory => 20,
             Primitive::Transition => 32,
+            Primitive::Quartic => 15,
+            Primitive::QuarticGregory => 18,
+            Primitive::QuarticTransition => 30,
         }
     }
 }
@@ -34,7 +44,12 @@ impl Primitive {
 impl Primitive {
     /// Whether the tessellator draws it.
     pub const fn is_patch(self) -> bool {
-        matches!(self, Primitive::Bicubic | Primitive::Gregory | Primitive::Transition)
+        !matches!(self, Primitive::Triangles | Primitive::Lines)
+    }
+
+    /// Whether its sides may have finer neighbours.
+    pub const fn is_transition(self) -> bool {
+        matches!(self, Primitive::Transition | Primitive::QuarticTransition)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Feature-adaptive subdivision of Catmull-Clark surfaces (NLMD12), with subdivided normals and blend weights as further
+//! Feature-adaptive subdivision (NLMD12), with subdivided normals and blend weights as further
 //! channels: a level has only the faces that a patch cannot draw one level before, and those around them.
 //!
 //! A vertex is *near* trouble, and its faces are refined, where a fan is not regular, where a finite sharpness is left, or
@@ -11,7 +11,7 @@
 //! uniform levels. Otherwise the field of a coarse patch would not be that of the finer one beside it. Creases count as
 //! smooth as soon as their sharpness is used up.
 
-use super::level::Level;
+use super::level::{Level, Scheme};
 use super::limit::{shape, Shape};
 use super::normal::{given_normals, merged, mesh_normals, ControlNormals};
 use super::part::{around, step, touching, vertices_of};
@@ -40,7 +40,7 @@ pub struct Part {
     pub level: Level,
     /// Of each face.
     pub fate: Vec<Fate>,
-    /// Each face's number in the whole level: that of the half-edge of the level before at whose corner it lies.
+    /// Each face's number in the whole level; that of its parent, where both have as many sides, is a fourth of it.
     pub name: Vec<u64>,
     /// Regions between edges that are still sharp.
     pub live: Wedges,
@@ -154,20 +154,25 @@ pub fn subdivide(control: &Level, given: &[DVec3], settings: &Settings, depth: D
             refine_values(on, None, |h| at_vertex[on.origin[h as usize] as usize], |v| done.wanted[v])
         };
         was_sharp = from.vertex.iter().map(|&v| now[v as usize].sharp).collect();
-        name = from
-            .half_edge
-            .iter()
-            .map(|&h| {
-                let f = part.level.face_of(h);
-                match part.level.sides {
-                    4 => 4 * part.name[f] + u64::from(h - part.level.of_face(f).start),
-                    _ => u64::from(h),
-                }
-            })
-            .collect();
-        for (h, &whole) in from.half_edge.iter().enumerate() {
+        name = match part.level.scheme {
+            Scheme::CatmullClark => from
+                .half_edge
+                .iter()
+                .map(|&h| {
+                    let f = part.level.face_of(h);
+                    match part.level.sides {
+                        4 => 4 * part.name[f] + u64::from(h - part.level.of_face(f).start),
+                        _ => u64::from(h),
+                    }
+                })
+                .collect(),
+            Scheme::Loop => {
+                from.half_edge.chunks(3).flat_map(|h| (0..4).map(|k| 4 * part.name[h[0] as usize / 3] + k)).collect()
+            }
+        };
+        for &whole in &from.half_edge {
             if refined[part.level.face_of(whole)] {
-                part.child[whole as usize] = h as u32;
+                part.child[whole as usize] = done.child(whole);
             }
         }
         computed = done.wanted.iter().filter(|&&w| w).count();
@@ -180,9 +185,13 @@ pub fn subdivide(control: &Level, given: &[DVec3], settings: &Settings, depth: D
 fn regular(level: &Level, h: u32) -> bool {
     let v = level.origin[h as usize];
     let sharp = level.sharp_edges[v as usize];
+    let (inside, side) = match level.scheme {
+        Scheme::CatmullClark => (4, 2),
+        Scheme::Loop => (6, 3),
+    };
     let wanted = match shape(sharp, level.corner_sharpness(v) > 0.0) {
-        Shape::Smooth => return sharp == 0 && !level.on_boundary(v) && level.fan(v).count() == 4,
-        Shape::Crease => 2,
+        Shape::Smooth => return sharp == 0 && !level.on_boundary(v) && level.fan(v).count() == inside,
+        Shape::Crease => side,
         Shape::Corner => 1,
     };
     level.fan(v).all(|h| {
@@ -237,7 +246,7 @@ fn in_trouble(level: &Level, owned: &[bool], roles: &[Role], settings: &Settings
     let near = touching(level, &near);
     let wide = around(level, &touching(level, &wide));
     let mut refined: Vec<bool> = (0..level.faces()).map(|f| owned[f] && (near[f] || wide[f])).collect();
-    // A patch between four finer ones would have more control points than patches may have.
+    // A patch with finer ones on all sides would have more control points than patches may have.
     loop {
         let surrounded = |f: usize| {
             level.of_face(f).all(|h| {

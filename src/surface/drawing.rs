@@ -39,13 +39,16 @@ pub fn patches(patches: &Patches, bounds: [DVec3; 2]) -> SolidTable {
         table.part_of_level(Primitive::Bicubic, run[0].1.level);
     }
     // What tells the shader which sides have finer neighbours: a vertex for each set of sides.
-    let mut mask = [None; 16];
+    let mut masks = [None; 16];
+    let mut mask_of = |table: &mut SolidTable, sides: u8| {
+        *masks[sides as usize].get_or_insert_with(|| {
+            table.vertices.push([f32::from(sides), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            table.vertices.len() as u32 - 1
+        })
+    };
     for run in patches.transition.chunk_by(|a, b| a.place.level == b.place.level) {
         for t in run {
-            let mask = *mask[t.sides as usize].get_or_insert_with(|| {
-                table.vertices.push([f32::from(t.sides), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-                table.vertices.len() as u32 - 1
-            });
+            let mask = mask_of(&mut table, t.sides);
             table.indices.extend(t.points.iter().chain(&t.halves).chain([&mask]));
         }
         table.part_of_level(Primitive::Transition, run[0].place.level);
@@ -53,6 +56,21 @@ pub fn patches(patches: &Patches, bounds: [DVec3; 2]) -> SolidTable {
     for run in patches.gregory.chunk_by(|a, b| a.1.level == b.1.level) {
         table.indices.extend(run.iter().flat_map(|(ids, _)| ids));
         table.part_of_level(Primitive::Gregory, run[0].1.level);
+    }
+    for run in patches.quartic.chunk_by(|a, b| a.1.level == b.1.level) {
+        table.indices.extend(run.iter().flat_map(|(ids, _)| ids));
+        table.part_of_level(Primitive::Quartic, run[0].1.level);
+    }
+    for run in patches.quartic_transition.chunk_by(|a, b| a.place.level == b.place.level) {
+        for t in run {
+            let mask = mask_of(&mut table, t.sides);
+            table.indices.extend(t.points.iter().chain(&t.halves).chain([&mask]));
+        }
+        table.part_of_level(Primitive::QuarticTransition, run[0].place.level);
+    }
+    for run in patches.quartic_gregory.chunk_by(|a, b| a.1.level == b.1.level) {
+        table.indices.extend(run.iter().flat_map(|(ids, _)| ids));
+        table.part_of_level(Primitive::QuarticGregory, run[0].1.level);
     }
     table
 }
@@ -66,7 +84,11 @@ pub fn tessellated(patches: &Patches, segments: Segments) -> Vec<[DVec3; 3]> {
         let finer = 2 * segments.at(patch.place.level + 1);
         let outer: [u32; 4] = std::array::from_fn(|i| if patch.sides >> i & 1 == 1 { finer } else { own });
         let n = if own == 1 && outer != [1; 4] { 2 } else { own };
-        let at = |u: f64, v: f64| point(patch.kind, &patch.control, u, v, 1.0).position;
+        let at = |u: f64, v: f64| point(patch.form, &patch.control, u, v, 1.0).position;
+        if patch.form.sides() == 3 {
+            triangle(own, [outer[0], outer[1], outer[2]], &at, &mut out);
+            continue;
+        }
         if n == 1 {
             let [a, b, c, d] = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
             out.extend([[a, b, c], [a, c, d]]);
@@ -109,6 +131,50 @@ pub fn tessellated(patches: &Patches, segments: Segments) -> Vec<[DVec3; 3]> {
         }
     }
     out
+}
+
+/// A tessellated triangle: a lattice of `n` segments, its outer row joined to sides of `outer`.
+fn triangle(n: u32, outer: [u32; 3], at: &impl Fn(f64, f64) -> DVec3, out: &mut Vec<[DVec3; 3]>) {
+    if outer == [1; 3] && n == 1 {
+        out.push([at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)]);
+        return;
+    }
+    let n = n.max(3);
+    // (i, j) of the lattice from 1 on; m segments along a side of its inner triangle.
+    let m = n - 3;
+    let p = |i: u32, j: u32| at(f64::from(i + 1) / f64::from(n), f64::from(j + 1) / f64::from(n));
+    for (j, i) in (0..m).flat_map(|j| (0..m - j).map(move |i| (j, i))) {
+        out.push([p(i, j), p(i + 1, j), p(i, j + 1)]);
+        if i + j + 1 < m {
+            out.push([p(i + 1, j), p(i + 1, j + 1), p(i, j + 1)]);
+        }
+    }
+    for (side, &segments) in outer.iter().enumerate() {
+        let outside = |k: u32| {
+            let t = f64::from(k) / f64::from(segments);
+            match side {
+                0 => at(t, 0.0),
+                1 => at(1.0 - t, t),
+                _ => at(0.0, 1.0 - t),
+            }
+        };
+        let inside = |k: u32| match side {
+            0 => p(k, 0),
+            1 => p(m - k, k),
+            _ => p(0, m - k),
+        };
+        // Each step along the row that is behind.
+        let (mut i, mut j) = (0, 0);
+        while i < segments || j < m {
+            if j == m || (i < segments && i * m <= j * segments) {
+                out.push([outside(i), outside(i + 1), inside(j)]);
+                i += 1;
+            } else {
+                out.push([outside(i), inside(j + 1), inside(j)]);
+                j += 1;
+            }
+        }
+    }
 }
 
 /// Colour of an edge: grey when smooth, blue on the boundary, from orange (just sharp) to red (3 and more), dark red when

@@ -146,7 +146,7 @@ fn smooth_tangents(level: &Level, h: u32, p: impl Fn(u32) -> DVec3) -> [DVec3; 2
 }
 
 /// As [`across_weights`], which explains it, with the columns of Loop's step; there are no corners opposite.
-fn loop_across_weights(k: usize) -> [f64; 3] {
+pub(super) fn loop_across_weights(k: usize) -> [f64; 3] {
     let theta = PI / k as f64;
     let (sin, cos) = theta.sin_cos();
     let lambda = 0.375 + 0.25 * cos;

@@ -13,7 +13,8 @@
 //! * **Decay.** The wedges of level k are those that the step from k - 1 to k has kept apart, so a crease of sharpness s
 //!   is drawn sharp up to level s and smooth from level s + 1 on (Fig. 4). The first smooth step starts from the mean of
 //!   the regions' normals, which prefers neither side.
-//! * **Patches** ([`adaptive`], [`patches`]) are those of the limit. There a crease counts as smooth as soon as its
+//! * **Patches** ([`adaptive`], [`patches`]) are those of the limit: bicubic ones of Catmull-Clark, quartic triangles of
+//!   Loop. There a crease counts as smooth as soon as its
 //!   sharpness is used up, and N_S is normalised on the levels before the first that is drawn and then at the end only.
 //! * **Numbers.** Vertices of a level: those of the level before, then the face points (Catmull-Clark), then the edge
 //!   points. A vertex keeps its number for ever.
@@ -45,6 +46,7 @@ pub mod drawing;
 pub mod exact;
 pub mod level;
 pub mod limit;
+mod loop_patches;
 pub mod normal;
 pub mod part;
 pub mod patch_eval;

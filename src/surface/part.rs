@@ -3,8 +3,8 @@
 //! Where other faces were, the part has edges without a twin that are not sharp. What is near them comes out wrong in a
 //! step; a ring of faces around those that matter keeps that away.
 
-use super::level::Level;
-use super::refine::refine_some;
+use super::level::{Level, Scheme};
+use super::refine::{child_face, refine_some};
 use crate::mesh::NONE;
 use std::borrow::Cow;
 
@@ -97,11 +97,11 @@ pub fn vertices_of(level: &Level, faces: &[bool]) -> Vec<bool> {
     vertices
 }
 
-/// A Catmull-Clark step of some faces of a level.
+/// A step of some faces of a level.
 pub struct Step<'a> {
     /// The part that was refined: the faces and those around them.
     pub from: Narrowed<'a>,
-    /// The next level, of the part. Quad `h` is the child at the corner of the part's half-edge `h`.
+    /// The next level, of the part.
     pub next: Level,
     /// Faces of `next` that are children of the faces asked for; the others are padding.
     pub owned: Vec<bool>,
@@ -109,10 +109,20 @@ pub struct Step<'a> {
     pub wanted: Vec<bool>,
 }
 
-/// Refines `faces` of `level` (Catmull-Clark), whose ring has to be there.
+impl Step<'_> {
+    /// Face of `next` at the corner of the whole level's half-edge `h`, which is one of the part's.
+    pub fn child(&self, h: u32) -> u32 {
+        child_face(&self.from.level, self.from.inside[h as usize])
+    }
+}
+
+/// Refines `faces` of `level`, whose ring has to be there.
 pub fn step<'a>(level: &'a Level, faces: &[bool]) -> Step<'a> {
     let from = narrow(level, &around(level, faces));
-    let owned: Vec<bool> = from.half_edge.iter().map(|&h| faces[level.face_of(h)]).collect();
+    let owned: Vec<bool> = match level.scheme {
+        Scheme::CatmullClark => from.half_edge.iter().map(|&h| faces[level.face_of(h)]).collect(),
+        Scheme::Loop => from.half_edge.chunks(3).flat_map(|h| [faces[level.face_of(h[0])]; 4]).collect(),
+    };
     let (next, wanted) = refine_some(&from.level, |next| vertices_of(next, &around(next, &owned)));
     Step { from, next, owned, wanted }
 }

@@ -1,11 +1,12 @@
 //! The limit surface as patches: a 16-point bicubic for every regular face, a 20-point Gregory patch for every other
-//! (LSNC09), with the subdivided normal and the blend weight as further channels.
+//! (LSNC09), with the subdivided normal and the blend weight as further channels. Of Loop's scheme, 15-point quartic
+//! triangles and 18-point Gregory ones ([`super::loop_patches`]).
 //!
 //! Edges that are sharp for ever are sides of patches: a crease, a boundary and a corner are regular where their region
 //! has two faces or one. Beside finer patches, a side has the control points of the two halves that lie along it, too.
 
 use super::adaptive::{subdivide, Depth, Fate, Part};
-use super::level::Level;
+use super::level::{Level, Scheme};
 use super::limit::{shape, Shape};
 use super::shade::Settings;
 use super::stencil::region_ends;
@@ -76,6 +77,58 @@ pub struct Transition {
     pub place: Place,
 }
 
+/// A quartic triangle with finer neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct QuarticTransition {
+    /// As of any quartic triangle.
+    pub points: [u32; 15],
+    /// For each side of `sides` in turn, what lies along it after its corner: three points of the first half, the middle,
+    /// three points of the second half. The rest repeats a point.
+    pub halves: [u32; 14],
+    /// Bit i: the neighbour across side i is finer.
+    pub sides: u8,
+    /// Where.
+    pub place: Place,
+}
+
+/// What a patch is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// 16 points, as in [`crate::patch`].
+    Bicubic,
+    /// 20 points.
+    Gregory,
+    /// 15 points, as in [`crate::patch::quartic`].
+    Quartic,
+    /// 18 points.
+    QuarticGregory,
+}
+
+impl Form {
+    /// Sides: 3 or 4.
+    pub fn sides(self) -> usize {
+        match self {
+            Form::Bicubic | Form::Gregory => 4,
+            Form::Quartic | Form::QuarticGregory => 3,
+        }
+    }
+
+    /// Whether it stands for an irregular face.
+    pub fn is_gregory(self) -> bool {
+        matches!(self, Form::Gregory | Form::QuarticGregory)
+    }
+
+    /// Name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Form::Bicubic => "bicubic",
+            Form::Gregory => "gregory",
+            Form::Quartic => "quartic",
+            Form::QuarticGregory => "quartic-gregory",
+        }
+    }
+}
+
 /// Patches of a surface, finest first. Control points are x, y, z, b and the normal; patches share them by index, except
 /// across sharp edges, where the points differ in the normal only.
 #[derive(Clone, Debug, Default)]
@@ -88,9 +141,16 @@ pub struct Patches {
     pub transition: Vec<Transition>,
     /// The other faces, all on the last level.
     pub gregory: Vec<([u32; 20], Place)>,
+    /// Regular faces of Loop's scheme.
+    pub quartic: Vec<([u32; 15], Place)>,
+    /// Such faces with finer neighbours.
+    pub quartic_transition: Vec<QuarticTransition>,
+    /// The other faces of Loop's scheme, all on the last level.
+    pub quartic_gregory: Vec<([u32; 18], Place)>,
 }
 
-/// The first level that can be the last one of patches: where faces are quads, and no finite sharpness is left.
+/// The first level that can be the last one of patches: where faces have all the scheme's number of sides, and no finite sharpness
+/// is left.
 pub fn first_level(control: &Level) -> u32 {
     let finite = |s: &&f64| s.is_finite();
     let sharpest = control.sharpness.iter().chain(&control.corner).filter(finite).fold(0.0f64, |a, &b| a.max(b));
@@ -107,6 +167,10 @@ pub fn patches(control: &Level, given: &[DVec3], settings: &Settings, depth: Dep
 /// Patches of all drawn faces of `parts`, which are those of all levels from 0 on.
 pub fn of_parts(parts: &[Part]) -> Patches {
     let mut made = Patches::default();
+    if parts.first().is_some_and(|part| part.level.scheme == Scheme::Loop) {
+        super::loop_patches::of_parts(parts, &mut made);
+        return made;
+    }
     let mut finer: Option<Shared> = None;
     for part in parts.iter().rev() {
         let level = &part.level;

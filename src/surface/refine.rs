@@ -151,7 +151,15 @@ fn triangles(level: &Level) -> Level {
 pub fn child_corner(level: &Level, h: u32) -> u32 {
     match level.scheme {
         Scheme::CatmullClark => 4 * h,
-        Scheme::Loop => 3 * (4 * (h / 3) + h % 3),
+        Scheme::Loop => 3 * child_face(level, h),
+    }
+}
+
+/// Face of the next level that has the corner of `h`.
+pub fn child_face(level: &Level, h: u32) -> u32 {
+    match level.scheme {
+        Scheme::CatmullClark => h,
+        Scheme::Loop => 4 * (h / 3) + h % 3,
     }
 }
 

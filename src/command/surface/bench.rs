@@ -10,15 +10,16 @@ use super::open::Surface;
 use crate::camera::{bounds, Camera, Projection};
 use crate::command::{print, print_json, silent, Failure, Global};
 use crate::gpu::{Gpu, SolidFrame, SolidNormals, SolidShow, Tessellation};
-use crate::patch::solid::{Part, Segments, SolidTable};
+use crate::patch::solid::{Part, Primitive, Segments, SolidTable};
 use crate::scene::surface::SurfaceScene;
 use crate::scene::write_atomically;
 use crate::surface::adaptive::{subdivide, Depth};
 use crate::surface::drawing;
-use crate::surface::level::{Level, Scheme};
+use crate::surface::level::Level;
 use crate::surface::patches::{first_level, of_parts};
 use crate::surface::refine::refine;
 use crate::surface::shade::{limit_positions, shade, Settings};
+use crate::timing::triangles::triangle;
 use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write;
@@ -134,7 +135,11 @@ fn adaptive(control: &Level, scene: &SurfaceScene, settings: &Settings, last: u3
     let of_part = |p: &Part| {
         let n = u64::from(segments.at(p.level));
         // Beside finer patches a few more.
-        2 * n * n * u64::from(p.count)
+        let of_one = match p.primitive {
+            Primitive::Quartic | Primitive::QuarticGregory | Primitive::QuarticTransition => triangle([n; 3], n),
+            _ => 2 * n * n,
+        };
+        of_one * u64::from(p.count)
     };
     Made {
         triangles: table.parts.iter().map(of_part).sum(),
@@ -224,9 +229,6 @@ pub fn run(
     request: &Request,
     global: &Global,
 ) -> Result<(), Failure> {
-    if flags.scheme() == Scheme::Loop {
-        return Err(Failure::input("bench compares patches with levels, and Loop surfaces have levels only"));
-    }
     let settings = flags.settings()?;
     let gpu = Gpu::new(&global.gpu())?;
     std::fs::create_dir_all(request.folder)

@@ -24,7 +24,7 @@ struct Report {
     crack_pixels: u64,
     /// View and pixel of the first.
     first_crack: Option<(u32, [u32; 2])>,
-    /// Of patches; bicubic, then Gregory.
+    /// Of patches; regular, then Gregory.
     #[serde(skip_serializing_if = "Option::is_none")]
     patches: Option<PatchReport>,
 }
@@ -33,7 +33,7 @@ struct Report {
 #[derive(Serialize)]
 struct PatchReport {
     count: [usize; 2],
-    /// Bicubic ones with finer neighbours.
+    /// Regular ones with finer neighbours.
     transition: usize,
     /// Vertices that subdivision computed, over all levels.
     computed_vertices: usize,
@@ -80,9 +80,8 @@ pub fn run(
         Some(n) => {
             let made = make_patches(surface, flags, &picture.refining, global)?;
             let computed = made.computed();
-            let MadePatches { made, patches, parts } = made;
-            accuracy =
-                Some((measure(&parts, &patches, 3, flags.settings()?.power), patches.transition.len(), computed));
+            let MadePatches { made, patches, parts, .. } = made;
+            accuracy = Some((measure(&parts, &patches, 3, flags.settings()?.power), patches.transitions(), computed));
             (made, tessellated(&patches, n))
         }
     };
@@ -127,7 +126,7 @@ pub fn run(
             report.suspicious_pixels
         ));
         if let Some(p) = &report.patches {
-            for (k, name) in ["bicubic", "Gregory"].into_iter().enumerate() {
+            for (k, name) in ["regular", "Gregory"].into_iter().enumerate() {
                 print(&format!(
                     "  {} {name} patches: at most {:.3e} of the size from the limit (mean {:.3e}), {:.3e} off its surface, N_L within {:.3e} degrees\n",
                     p.count[k], p.distance_max[k], p.distance_mean[k], p.off_max[k], p.normal_angle_max[k]

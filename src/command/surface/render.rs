@@ -8,9 +8,9 @@ use crate::command::picture::{deliver, PictureFlags};
 use crate::command::{print, print_json, Failure, Global, Refining};
 use crate::gpu::{Gpu, GpuTimes, SolidFrame, SolidShow};
 use crate::patch::solid::{Primitive, SolidTable};
+use crate::scene::surface::SurfaceScene;
 use crate::surface::adaptive::{subdivide, Depth, Part};
 use crate::surface::drawing::{self, mesh, triangles};
-use crate::surface::level::Scheme;
 use crate::surface::patches::{first_level, of_parts, Patches};
 use crate::surface::refine::MAX_HALF_EDGES;
 use crate::surface::shade::{limit_positions, shade};
@@ -67,6 +67,9 @@ struct Report {
     bicubic: usize,
     bicubic_transition: usize,
     gregory: usize,
+    quartic: usize,
+    quartic_transition: usize,
+    quartic_gregory: usize,
     /// Vertices that subdivision computed for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     computed_vertices: Option<usize>,
@@ -126,6 +129,8 @@ pub fn make(surface: &Surface, flags: &SurfaceFlags, depth: u32, look: Look, glo
 pub struct MadePatches {
     /// Table and times; its level is the last.
     pub made: Made,
+    /// The scene, cut into triangles if that was asked for.
+    pub scene: SurfaceScene,
     /// The patches themselves.
     pub patches: Patches,
     /// Their levels.
@@ -148,11 +153,6 @@ pub fn make_patches(
     global: &Global,
 ) -> Result<MadePatches, Failure> {
     let (depth, uniform) = patch_level(refining)?;
-    if flags.scheme() == Scheme::Loop {
-        return Err(Failure::input(
-            "patches are those of Catmull-Clark surfaces; --scheme loop has uniform levels only",
-        ));
-    }
     if flags.limit {
         return Err(Failure::input("patches are the limit surface; leave out --limit"));
     }
@@ -189,6 +189,7 @@ pub fn make_patches(
             subdivide_ms: milliseconds((subdivided - start).as_nanos()),
             shade_ms: milliseconds(subdivided.elapsed().as_nanos()),
         },
+        scene: control.scene,
         patches,
         parts,
     })
@@ -252,6 +253,9 @@ pub fn run(
         bicubic: count(Primitive::Bicubic),
         bicubic_transition: count(Primitive::Transition),
         gregory: count(Primitive::Gregory),
+        quartic: count(Primitive::Quartic),
+        quartic_transition: count(Primitive::QuarticTransition),
+        quartic_gregory: count(Primitive::QuarticGregory),
         computed_vertices: computed,
         device_bytes: made.table.bytes(),
         subdivide_ms: made.subdivide_ms,
@@ -270,7 +274,7 @@ pub fn run(
             result.level,
             result.vertices,
             result.triangles,
-            result.bicubic + result.bicubic_transition + result.gregory,
+            made.table.parts.iter().filter(|p| p.primitive.is_patch()).map(|p| p.count).sum::<u32>(),
             width,
             height,
             result.subdivide_ms,

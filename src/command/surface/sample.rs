@@ -4,12 +4,12 @@ use super::flags::SurfaceFlags;
 use super::open::Surface;
 use super::render::{make_patches, MadePatches};
 use crate::command::{print, print_json, Failure, Global, Refining};
-use crate::patch::Kind;
 use crate::surface::adaptive::{Fate, Part};
 use crate::surface::exact::Exact;
 use crate::surface::patch_eval::point;
 use glam::DVec3;
 use serde::Serialize;
+use std::collections::HashMap;
 
 /// Most samples that one run makes; they are held in memory.
 const MOST: u64 = 4_000_000;
@@ -24,7 +24,8 @@ struct Report {
     samples: Vec<Row>,
 }
 
-/// `face` is that of the OBJ, `patch` that of the whole level; u runs along the patch's first half-edge.
+/// `face` is that of the OBJ, `patch` that of the whole level; u runs along the patch's first half-edge. In a triangle, u
+/// and v are the weights of its second and third corner.
 #[derive(Serialize)]
 struct Row {
     face: u32,
@@ -41,7 +42,7 @@ struct Row {
     kind: &'static str,
 }
 
-/// Samples every patch at `n` x `n` parameters, sides included.
+/// Samples every patch at `n` x `n` parameters, sides included; of triangles, the half of them that lie inside.
 pub fn run(
     surface: &Surface,
     flags: &SurfaceFlags,
@@ -50,7 +51,7 @@ pub fn run(
     exact: bool,
     global: &Global,
 ) -> Result<(), Failure> {
-    let MadePatches { made, patches, parts } = make_patches(surface, flags, refining, global)?;
+    let MadePatches { made, scene, patches, parts } = make_patches(surface, flags, refining, global)?;
     let all = patches.len() as u64 * u64::from(n).pow(2);
     if all > MOST {
         return Err(Failure::input(format_args!("{all} samples are too many; at most {MOST}, choose a smaller --n")));
@@ -65,15 +66,22 @@ pub fn run(
         true => return Err(Failure::input("--exact of surfaces in space needs --n 2, 3, 5, 9, 17, 33 or 65")),
     };
     let power = flags.settings()?.power;
-    let step = |i: u32| if n == 1 { 0.5 } else { f64::from(i) / f64::from(n - 1) };
+    // Triangles that a polygon was cut into have its line.
+    let of_line: HashMap<u32, u32> = surface.scene.face_line.iter().zip(0..).map(|(&line, f)| (line, f)).collect();
     let mut samples = Vec::new();
     for patch in patches.iter() {
         let level = patch.place.level;
         let name = parts[level as usize].name[patch.place.face as usize];
         // The children of a half-edge follow those before it; level 1 has a face for each half-edge of the OBJ.
-        let face = surface.mesh.face[(name >> (2 * (level - 1))) as usize];
-        for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
-            let mut p = point(patch.kind, &patch.control, step(i), step(j), power);
+        let triangle = patch.form.sides() == 3;
+        let middle = if triangle { 1.0 / 3.0 } else { 0.5 };
+        let step = |i: u32| if n == 1 { middle } else { f64::from(i) / f64::from(n - 1) };
+        let face = match triangle {
+            true => of_line[&scene.face_line[(name >> (2 * level)) as usize]],
+            false => surface.mesh.face[(name >> (2 * (level - 1))) as usize],
+        };
+        for (j, i) in (0..n).flat_map(|j| (0..if triangle { n - j } else { n }).map(move |i| (j, i))) {
+            let mut p = point(patch.form, &patch.control, step(i), step(j), power);
             if let Some(limit) = &limit {
                 (p.position, p.geometric) = limit[level as usize].limit(patch.place.face, i, j);
             }
@@ -88,7 +96,7 @@ pub fn run(
                 normal_subdivided: p.subdivided,
                 weight: p.weight,
                 normal_blended: p.blended,
-                kind: if patch.kind == Kind::Gregory { "gregory" } else { "bicubic" },
+                kind: patch.form.name(),
             });
         }
     }
