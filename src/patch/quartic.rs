@@ -86,10 +86,12 @@ pub fn sample(points: &[ControlPoint], u: f64, v: f64) -> Sample {
             let [a, b] = distances[i];
             if a + b > 0.0 {
                 let w = 12.0 * x * y * z * bary[i] / ((a + b) * (a + b));
-                for c in 0..8 {
-                    let step = w * (points[INNER[i]][c] - points[15 + i][c]);
-                    found.du[c] += (along_u[i][0] * b - a * along_u[i][1]) * step;
-                    found.dv[c] += (along_v[i][0] * b - a * along_v[i][1]) * step;
+                let [turn_u, turn_v] = [along_u[i], along_v[i]].map(|[da, db]| da * b - a * db);
+                let ends = points[INNER[i]].iter().zip(&points[15 + i]);
+                for ((du, dv), (plus, minus)) in found.du.iter_mut().zip(&mut found.dv).zip(ends) {
+                    let step = w * (plus - minus);
+                    *du += turn_u * step;
+                    *dv += turn_v * step;
                 }
             }
         }
