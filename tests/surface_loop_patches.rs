@@ -167,7 +167,7 @@ fn level_10_is_the_limit_to_a_hundred_thousandth() {
     for text in shapes() {
         let (_, made, found) = adaptive(&text, 10, &Settings::default());
         // At the same parameters, wide fans take longer; the surface itself is nearer by far.
-        assert!(found.off[1] < 2e-7 && found.distance[1] < 3e-5, "{text}: {found:?}");
+        assert!(found.off[1] < 2e-7 && found.distance[1] < 4e-5, "{text}: {found:?}");
         assert!(found.jump < 1e-4 && made.len() < 3000, "{text}: {} {found:?}", made.len());
     }
 }

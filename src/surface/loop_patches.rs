@@ -94,8 +94,9 @@ fn shrinking(n: f64) -> f64 {
     0.375 + 0.25 * (TAU / n).cos()
 }
 
-/// Length of a tangent of valence `n` for that of the ring, which is free: what puts the middle of a cubic edge where the
-/// characteristic map has it, as long as that is far from 0.
+/// Length of a tangent of valence `n` for that of the ring. It is free; twice what the ring shrinks to in a step is right in
+/// the plane. Another, which below valence 6 tends to 0, puts the middles of edges where the characteristic map has them.
+/// Half-way between them neither the surface nor its parameters are far off.
 pub(super) fn reach(n: usize) -> f64 {
     if n == 6 {
         return 1.0;
@@ -108,7 +109,8 @@ pub(super) fn reach(n: usize) -> f64 {
     // Limit of the first ring, and its derivative outwards.
     let limit = 0.5 + (2.0 * c2 + on + 2.0 * between) / 12.0;
     let slope = (on + between - c2) / 3.0;
-    (8.0 * limit * (lambda - 0.5) + slope).max(lambda * limit)
+    let (step, middle) = (2.0 * lambda * limit, 8.0 * limit * (lambda - 0.5) + slope);
+    0.5 * (step + middle)
 }
 
 /// What lies around a vertex in a region.

@@ -1,6 +1,6 @@
 //! The limit surface as patches: a 16-point bicubic for every regular face, a 20-point Gregory patch for every other
 //! (LSNC09), with the subdivided normal and the blend weight as further channels. Of Loop's scheme, 15-point quartic
-//! triangles and 18-point Gregory ones ([`super::loop_patches`]).
+//! triangles and 18-point Gregory ones (`loop_patches`).
 //!
 //! Edges that are sharp for ever are sides of patches: a crease, a boundary and a corner are regular where their region
 //! has two faces or one. Beside finer patches, a side has the control points of the two halves that lie along it, too.
