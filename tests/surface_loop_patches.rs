@@ -11,6 +11,7 @@ use gradtess::surface::patches::{first_level, patches, Patches};
 use gradtess::surface::shade::Settings;
 use gradtess::surface::triangulate::triangulate;
 use gradtess::surface::weight::{Darts, Initial, Rules, Variant};
+use std::process::Command;
 
 fn made(text: &str, settings: &Settings, depth: impl Fn(u32) -> Depth) -> (Vec<Part>, Patches) {
     let (scene, _) = triangulate(&SurfaceScene::parse(text.as_bytes(), "test").unwrap());
@@ -198,4 +199,54 @@ fn sharp_vertices_inside_a_surface_are_spikes_and_have_no_cracks() {
         let (_, _, found) = adaptive(&text, 8, &Settings::default());
         assert!(found.off[1] < 2e-6 && found.gap < 1e-14 && found.jump < 0.1, "{found:?}");
     }
+}
+
+#[test]
+fn commands_draw_count_sample_and_check_triangles() {
+    let folder = std::env::temp_dir().join(format!("gradtess-loop-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let scene = folder.join("cube.obj");
+    std::fs::write(&scene, format!("{CUBE}t crease 5/1/0 0 1 5 4 0 10\n")).unwrap();
+    let picture = folder.join("out.png");
+    let run = |command: &str, flags: &str| -> Option<serde_json::Value> {
+        let mut args = vec![command, scene.to_str().unwrap(), "--scheme", "loop", "--triangulate", "--json"];
+        args.extend(flags.split(' '));
+        if command == "render" {
+            args.extend(["-o", picture.to_str().unwrap()]);
+        }
+        let ran = Command::new(env!("CARGO_BIN_EXE_gradtess")).args(args).output().unwrap();
+        let text = String::from_utf8_lossy(&ran.stderr);
+        if !ran.status.success() && text.contains("no Vulkan device") {
+            println!("skipped: {text}");
+            return None;
+        }
+        assert!(ran.status.success(), "{command} {flags}: {text}");
+        Some(serde_json::from_slice(&ran.stdout).unwrap())
+    };
+    let sampled = run("sample", "--level 3 --n 5").unwrap();
+    let exact = run("sample", "--level 3 --n 5 --exact").unwrap();
+    let rows = |v: &serde_json::Value| v["samples"].as_array().unwrap().clone();
+    let (sampled, exact) = (rows(&sampled), rows(&exact));
+    // 15 samples of a triangle; faces are those of the file.
+    assert!(sampled.len() == exact.len() && sampled.len() % 15 == 0);
+    let mut kinds = std::collections::BTreeSet::new();
+    let mut faces = std::collections::BTreeSet::new();
+    for (a, b) in sampled.iter().zip(&exact) {
+        let kind = a["kind"].as_str().unwrap();
+        kinds.insert(kind.to_owned());
+        faces.insert(a["face"].as_u64().unwrap());
+        let place = |v: &serde_json::Value| [0, 1, 2].map(|k| v["position"][k].as_f64().unwrap());
+        let apart = place(a).iter().zip(place(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < if kind == "quartic" { 1e-14 } else { 1e-2 }, "{a} {b}");
+    }
+    assert_eq!(kinds.into_iter().collect::<Vec<_>>(), ["quartic", "quartic-gregory"]);
+    assert_eq!(faces.into_iter().collect::<Vec<_>>(), (0..6).collect::<Vec<_>>());
+    let Some(drawn) = run("render", "--tess 5 --level 3 --size 96x96 --validate") else { return };
+    let count = |key: &str| drawn[key].as_u64().unwrap();
+    assert_eq!(count("quartic") + count("quartic_transition") + count("quartic_gregory"), sampled.len() as u64 / 15);
+    assert!(count("quartic_transition") > 0 && count("bicubic") == 0 && count("triangles") == 0);
+    let checked = run("check", "--tess 5 --level 3 --zooms 4 --size 96x96 --validate").unwrap();
+    assert_eq!(checked["crack_pixels"], 0);
+    assert_eq!(checked["patches"]["count"][0].as_u64().unwrap(), count("quartic") + count("quartic_transition"));
+    let _ = std::fs::remove_dir_all(folder);
 }

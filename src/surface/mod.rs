@@ -19,6 +19,16 @@
 //! * **Numbers.** Vertices of a level: those of the level before, then the face points (Catmull-Clark), then the edge
 //!   points. A vertex keeps its number for ever.
 //!
+//! # Patches of irregular faces
+//!
+//! * **Catmull-Clark**: Gregory patches as LSNC09 has them.
+//! * **Loop**: Gregory triangles on quartics. LSNC09's triangles stand for triangles of a Catmull-Clark mesh; here their idea
+//!   (cubic edges, tangent planes that agree all along them) is taken over to Loop's stencils, and edges between regular
+//!   vertices are Loop's own quartics, so that regular neighbours fit them exactly. Error on the last level, off the surface:
+//!   less than 2e-3 of the size at level 1 and 2e-7 at level 10 on the meshes of the tests.
+//! * **Spikes**: Loop's rules make a spike of a sharp vertex inside a smooth surface, and of one with three faces or more
+//!   between sharp edges. There is no tangent plane there; patches keep the direction of the spike.
+//!
 //! # Where this departs from the authors' tool
 //!
 //! Positions, N_L of the mesh ([`shade::Geometric::Mesh`]) and N_S agree with it to the digits that it writes, except:

@@ -38,15 +38,20 @@ pub const FIGURES: [Figure; 12] = [
             panel(sheet, &scene, &format!("{name}_limit"), &format!("{flags} --normals geometric"), "N_L")?;
             panel(sheet, &scene, &format!("{name}_blended"), &flags, "N_B")?;
         }
-        let flags = "--tess 16 --level 3 --show highlight";
-        panel(sheet, &scene, "patches_limit", &format!("{flags} --normals geometric"), "patches, N_L")?;
-        panel(sheet, &scene, "patches_blended", flags, "patches, N_B at every tessellated vertex")?;
-        let checked = sheet.run(&format!("check {scene} --tess 8 --level 6 --zooms 2 --size 128x128"))?;
-        sheet.note(format!(
-            "Patches down to level 6 are at most {} of the size off the surface; N_B turns by at most {} degrees across their edges.",
-            cell(&checked, "/patches/off_max/1"),
-            cell(&checked, "/patches/blended_normal_jump_max")
-        ));
+        for (scheme, words) in SCHEMES {
+            let name = words.replace('-', "_");
+            let flags = format!("{scheme} --tess 16 --level 3 --show highlight");
+            let limit = format!("{flags} --normals geometric");
+            panel(sheet, &scene, &format!("{name}_patches_limit"), &limit, &format!("{words} patches, N_L"))?;
+            let words = format!("{words} patches, N_B at every tessellated vertex");
+            panel(sheet, &scene, &format!("{name}_patches_blended"), &flags, &words)?;
+            let checked = sheet.run(&format!("check {scene} {scheme} --tess 8 --level 6 --zooms 2 --size 128x128"))?;
+            sheet.note(format!(
+                "Patches ({name}) down to level 6 are at most {} of the size off the surface; N_B turns by at most {} degrees across their edges.",
+                cell(&checked, "/patches/off_max/1"),
+                cell(&checked, "/patches/blended_normal_jump_max")
+            ));
+        }
         sheet.caption("Highlight lines at level 3 with the limit's normals and with the blended ones.");
         Ok(())
     }),
@@ -240,6 +245,9 @@ fn both_variants(sheet: &mut Sheet, scene: &str, name: &str, scheme: &str) -> Re
                 &format!("variant {upper}: {words}"),
             )?;
         }
+        let patches = format!("{scheme} --tess 8 --variant {variant} --show highlight");
+        let words = format!("variant {upper}: highlight lines on patches");
+        panel(sheet, scene, &format!("{name}_{variant}_patches"), &patches, &words)?;
         rows.push(counts(sheet, scene, &format!("variant {upper}"), &flags)?);
     }
     for show in ["surface", "highlight", "weights"] {
