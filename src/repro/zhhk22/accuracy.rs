@@ -65,7 +65,12 @@ fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
     // Earlier saves of a model have nothing that its last one has not.
     let full = sheet.full();
     let wanted = |file: &String| file.ends_with(".obj") && (full || !EARLIER.iter().any(|name| file.contains(name)));
-    files.extend(sheet.models().into_iter().filter(wanted));
+    for file in sheet.models().into_iter().filter(wanted) {
+        // Surfaces in space are OBJ files too.
+        if sheet.run(&format!("stats {file}"))?["technique"].is_null() {
+            files.push(file);
+        }
+    }
     let (mut rows, mut bounded) = (Vec::new(), Vec::new());
     for scene in files {
         let name = scene.trim_start_matches("$MODELS/").to_owned();
