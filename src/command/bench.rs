@@ -5,6 +5,7 @@
 //! that an interrupted run keeps the repeats it has finished.
 
 mod config;
+mod drags;
 mod ferguson;
 mod report;
 mod source;
@@ -85,6 +86,10 @@ pub struct Bench {
     /// those of each method in a repeat [default there: 3]
     #[arg(long, value_enum, conflicts_with_all = ["scenes", "compare", "pair", "match_triangles", "view"])]
     grid: Option<GridFlag>,
+    /// Measure instead of frames what one edit costs against the size of the mesh: in sheets of 1, 4, 16, ... up to --copies
+    /// copies [default there: 1024], with drag.csv and drag.json in the folder. --frames are the steps of each drag
+    #[arg(long, conflicts_with_all = ["grid", "compare", "pair", "match_triangles", "view"])]
+    drag: bool,
     #[command(flatten)]
     surface: SurfaceFlags,
     /// Compare two run folders instead of measuring: ratio B over A
@@ -123,6 +128,9 @@ impl Bench {
                 seed: self.seed,
             };
             return super::pattern::bench::run(&request, global);
+        }
+        if self.drag {
+            return self.drags(folder, global);
         }
         if let Some(surfaces) = self.surfaces(global)? {
             let short = self.short;
@@ -187,6 +195,19 @@ impl Bench {
             )),
             false => Ok(Some(surfaces)),
         }
+    }
+
+    fn drags(&self, folder: &Path, global: &Global) -> Result<(), Failure> {
+        let [file] = &self.scenes[..] else {
+            return Err(Failure::input("--drag measures one scene; name one"));
+        };
+        let loaded = match Opened::open(file, global)? {
+            Opened::Subdivision(loaded) => loaded,
+            other => return Err(other.refused(file)),
+        };
+        let most = self.config.copies_given().unwrap_or(if self.short { 4 } else { 1024 });
+        let steps = self.frames.unwrap_or(if self.short { 8 } else { 101 }).max(1);
+        drags::run(&loaded, &drags::Request { folder, most, steps }, global)
     }
 
     fn protocol(&self) -> Protocol {

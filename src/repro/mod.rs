@@ -61,6 +61,7 @@ pub const FIGURES: &[Figure] = &[
     zhhk22::fig_21::FIGURE,
     zhhk22::fig_22::FIGURE,
     zhhk22::pair::FIGURE,
+    zhhk22::drag::FIGURE,
     zhhk22::accuracy::FIGURE,
     zhhk22::isolate::FIGURE,
     zhhk22::pixels::FIGURE,

@@ -135,6 +135,11 @@ impl Config {
         self.local.unwrap_or_default()
     }
 
+    /// Copies of the scene, if said.
+    pub fn copies_given(&self) -> Option<u32> {
+        self.copies
+    }
+
     /// Copies of the scene.
     pub fn copies(&self) -> u32 {
         self.copies.unwrap_or(1)

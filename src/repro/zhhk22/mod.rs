@@ -1,6 +1,7 @@
 //! Tables and figures of ZHHK22.
 
 pub mod accuracy;
+pub mod drag;
 pub mod equal_error;
 pub mod fig_11;
 pub mod fig_13;
