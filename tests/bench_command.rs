@@ -370,6 +370,31 @@ fn edits_are_followed_in_place_in_sheets_of_copies() {
     }
 }
 
+/// The drag of one handle and handles that come and go touch as much in a sheet of copies as in one.
+#[test]
+fn a_drag_touches_as_much_in_a_sheet_as_in_one_copy() {
+    let out = folder("drag");
+    let scene = "scenes/unit/geometry_level_2.json";
+    let done = json(&[scene, "-o", out.to_str().unwrap(), "--drag", "--copies", "5", "--frames", "3"]);
+    let rows = done["rows"].as_array().unwrap();
+    assert_eq!(done["schema"], "gradtess.drag/1");
+    assert_eq!(rows.iter().map(|row| row["copies"].as_u64().unwrap()).collect::<Vec<_>>(), [1, 4, 5]);
+    for row in rows {
+        for what in ["drag_faces", "drag_bytes", "handle_came", "handle_patches"] {
+            assert!(row[what] == rows[0][what] && row[what].as_u64() > Some(0), "{what}: {row}");
+        }
+        assert!(row["host_bytes_per_patch"].as_f64().unwrap() > 500.0, "{row}");
+        assert!(row["control_bytes"].as_u64() > row["drag_bytes"].as_u64(), "{row}");
+    }
+    let csv = std::fs::read_to_string(out.join("drag.csv")).unwrap();
+    assert!(csv.starts_with("copies,patches,load_ms,") && csv.lines().count() == 4, "{csv}");
+    std::fs::remove_dir_all(&out).unwrap();
+    for wrong in [&["scenes/quad.json", "scenes/cherry.json"][..], &["scenes/ferguson/sections.json"]] {
+        let arguments = [wrong, &["-o", out.to_str().unwrap(), "--drag", "--short"]].concat();
+        assert_eq!(run(&arguments).status.code(), Some(2), "{wrong:?}");
+    }
+}
+
 /// Edits of a locally refinable mesh change a few patches; the traditional mesh that draws the same has more. Triangles by
 /// formula are those that the device counts.
 #[test]

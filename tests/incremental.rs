@@ -52,7 +52,7 @@ impl Random {
 fn edit(scene: &mut Scene, random: &mut Random) {
     let mesh = gradtess::mesh::build(&scene.mesh).unwrap();
     let map = IndexMap::new(&mesh);
-    match random.below(14) {
+    match random.below(16) {
         0 | 1 => {
             let v = random.below(scene.mesh.positions.len());
             scene.mesh.positions[v] += random.step();
@@ -97,6 +97,24 @@ fn edit(scene: &mut Scene, random: &mut Random) {
             let free = scene.colours.iter().all(|e| (e.level, e.half_edge) != (level, half_edge));
             if free && map.is_colour_vertex(level, map.from_app_a(level, half_edge).unwrap()) {
                 scene.colours.push(ColourEdit { level, half_edge, colour });
+            }
+        }
+        // One colour all around a vertex, or none any more.
+        14 | 15 => {
+            let level = random.below(4) as u32;
+            let slot = map.from_app_a(level, random.next() % map.half_edges(level)).unwrap();
+            if !map.is_colour_vertex(level, slot) {
+                return;
+            }
+            let mut names = Vec::new();
+            map.around(level, slot, |s| names.push(map.to_app_a(level, s)));
+            let before = scene.colours.len();
+            scene.colours.retain(|e| e.level != level || !names.contains(&e.half_edge));
+            if before == scene.colours.len() {
+                let colour = random.colour();
+                let edits = names.into_iter().map(|half_edge| ColourEdit { level, half_edge, colour });
+                let at = if random.below(4) == 0 { random.below(before + 1) } else { before };
+                scene.colours.splice(at..at, edits);
             }
         }
         12 => {

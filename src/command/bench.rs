@@ -207,7 +207,7 @@ impl Bench {
         };
         let most = self.config.copies_given().unwrap_or(if self.short { 4 } else { 1024 });
         let steps = self.frames.unwrap_or(if self.short { 8 } else { 101 }).max(1);
-        drags::run(&loaded, &drags::Request { folder, most, steps }, global)
+        drags::run(*loaded, &drags::Request { folder, most, steps }, global)
     }
 
     fn protocol(&self) -> Protocol {

@@ -1,7 +1,7 @@
 //! From two scenes to what differs between them.
 
 use super::ValueEdit;
-use crate::scene::{GeometryEdit, Handle, Scene};
+use crate::scene::{ColourEdit, GeometryEdit, Handle, Scene};
 
 /// A stretch of a list that is replaced.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +52,8 @@ impl<T: Clone> Splice<T> {
 pub struct Delta {
     /// Entries of [`Scene::geometry`] that go and come.
     pub geometry: Splice<GeometryEdit>,
+    /// The same of [`Scene::colours`].
+    pub colours: Splice<ColourEdit>,
     /// The same of [`Scene::handles`].
     pub handles: Splice<Handle>,
     /// The same of [`Scene::face_points`].
@@ -66,12 +68,12 @@ impl Delta {
         fn none<T>() -> Splice<T> {
             Splice { at: 0, removed: 0, added: Vec::new() }
         }
-        Delta { geometry: none(), handles: none(), face_points: none(), values }
+        Delta { geometry: none(), colours: none(), handles: none(), face_points: none(), values }
     }
 
     /// Whether only values change.
     pub fn is_values(&self) -> bool {
-        self.geometry.is_empty() && self.handles.is_empty() && self.face_points.is_empty()
+        self.geometry.is_empty() && self.colours.is_empty() && self.handles.is_empty() && self.face_points.is_empty()
     }
 
     /// Makes all changes in the scene, and nothing that follows from them.
@@ -80,6 +82,7 @@ impl Delta {
     /// If a place is out of range.
     pub fn write(&self, scene: &mut Scene) {
         self.geometry.write(&mut scene.geometry);
+        self.colours.write(&mut scene.colours);
         self.handles.write(&mut scene.handles);
         self.face_points.write(&mut scene.face_points);
         self.values.iter().for_each(|e| e.write(scene));
@@ -92,16 +95,14 @@ pub fn between(old: &Scene, new: &Scene) -> Option<Vec<ValueEdit>> {
     delta(old, new).filter(Delta::is_values).map(|d| d.values)
 }
 
-/// What turns `old` into `new`, or `None` where polygons, rules, sharp tags or the places of colour edits differ. Names
-/// and reference pictures are not looked at. Time linear in the scenes.
+/// What turns `old` into `new`, or `None` where polygons, rules or sharp tags differ. Names and reference pictures are not looked at. Time linear in the scenes.
 pub fn delta(old: &Scene, new: &Scene) -> Option<Delta> {
     let same = old.mesh.corners == new.mesh.corners
         && old.mesh.face_start == new.mesh.face_start
         && old.mesh.positions.len() == new.mesh.positions.len()
         && old.corners == new.corners
         && old.corner_colours.len() == new.corner_colours.len()
-        && old.sharp == new.sharp
-        && old.colours.len() == new.colours.len();
+        && old.sharp == new.sharp;
     if !same {
         return None;
     }
@@ -131,13 +132,8 @@ pub fn delta(old: &Scene, new: &Scene) -> Option<Delta> {
     });
     let moved = geometry.staying(&old.geometry, &new.geometry).filter(|(_, a, b)| (a.a, a.b) != (b.a, b.b));
     values.extend(moved.map(|(i, _, b)| ValueEdit::Geometry(i as u32, [b.a, b.b])));
-    for (i, (a, b)) in old.colours.iter().zip(&new.colours).enumerate() {
-        if (a.level, a.half_edge) != (b.level, b.half_edge) {
-            return None;
-        }
-        if a.colour != b.colour {
-            values.push(ValueEdit::Colour(i as u32, b.colour));
-        }
-    }
-    Some(Delta { geometry, handles, face_points, values })
+    let colours = Splice::between(&old.colours, &new.colours, |a, b| (a.level, a.half_edge) == (b.level, b.half_edge));
+    let painted = colours.staying(&old.colours, &new.colours).filter(|(_, a, b)| a.colour != b.colour);
+    values.extend(painted.map(|(i, _, b)| ValueEdit::Colour(i as u32, b.colour)));
+    Some(Delta { geometry, colours, handles, face_points, values })
 }

@@ -1,16 +1,17 @@
 //! What a rebuild does not keep: the way back from a vertex, a face or an edit to what stands where.
 
+use super::bytes::{of, of_map};
 use super::plan::Plan;
 use super::slots::Slots;
 use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::patch::PatchTable;
-use crate::refine::edits::{resolve, resolve_paint, Move};
+use crate::refine::edits::{resolve, resolve_paint, Move, Paint};
 use crate::refine::{fate, Refinement};
 use crate::scene::{Handle, Scene};
 use crate::subdiv::edit::{frame, LocalMove};
 use crate::subdiv::gather::Around;
 use crate::subdiv::index_map::{IndexMap, Slot};
-use crate::subdiv::level::{Level, CUT};
+use crate::subdiv::level::{vertex_bits, Level, CUT};
 use std::collections::HashMap;
 
 /// A geometry edit at its place in a level.
@@ -281,6 +282,88 @@ impl Index {
         }
     }
 
+    /// Puts the colour edits of one vertex, smooth all around, in their place; its level and group. `None`: their level is
+    /// not refined there, or colours are parted there already.
+    pub(super) fn place_group(&mut self, paints: &[(u32, Paint)], refinement: &Refinement) -> Option<(u32, u32)> {
+        let l = paints.first()?.1.level;
+        let mut placed = Vec::with_capacity(paints.len());
+        for (entry, p) in paints {
+            placed.push((local(refinement, l, p.slot)?, Source::Edit(*entry)));
+        }
+        let level = &refinement.levels[l as usize];
+        if self.is_parted(l, level.origin[placed[0].0 as usize], refinement) {
+            return None;
+        }
+        let own = &mut self.levels[l as usize];
+        if own.group.is_empty() {
+            own.group.push(own.paints.len() as u32);
+        }
+        own.painted.resize(level.value.len().max(own.painted.len()), NONE);
+        let group = own.group.len() as u32 - 1;
+        for h in placed.iter().map(|p| p.0) {
+            for v in one_ring(level, h) {
+                own.painted[v as usize] = group;
+            }
+        }
+        own.paints.extend(placed);
+        own.group.push(own.paints.len() as u32);
+        self.group_of.extend(paints.iter().map(|(entry, _)| (*entry, (l, group))));
+        Some((l, group))
+    }
+
+    /// Takes the colour edits of a group from their place; its level and the vertices that it coloured. `None`: colours are
+    /// parted there.
+    pub(super) fn displace_group(&mut self, entry: u32, refinement: &Refinement) -> Option<(u32, Vec<u32>)> {
+        let &(l, group) = self.group_of.get(&entry)?;
+        let level = &refinement.levels[l as usize];
+        let own = &self.levels[l as usize];
+        let (first, end) = (own.group[group as usize] as usize, own.group[group as usize + 1] as usize);
+        if self.is_parted(l, level.origin[own.paints[first].0 as usize], refinement) {
+            return None;
+        }
+        let own = &mut self.levels[l as usize];
+        let mut vertices = Vec::new();
+        for (h, source) in &own.paints[first..end] {
+            if let Source::Edit(i) = source {
+                self.group_of.remove(i);
+            }
+            for v in one_ring(level, *h) {
+                own.painted[v as usize] = NONE;
+                vertices.push(v);
+            }
+        }
+        // Others keep their numbers; what an undo takes away is the last one.
+        if end == own.paints.len() {
+            own.paints.truncate(first);
+            own.group.pop();
+        }
+        Some((l, vertices))
+    }
+
+    /// Whether colours are parted around a vertex or around one of its neighbours.
+    fn is_parted(&self, l: u32, v: u32, refinement: &Refinement) -> bool {
+        let level = &refinement.levels[l as usize];
+        let around = self.levels[l as usize].around.of(v);
+        around.iter().flat_map(|&h| level.of_face(level.face_of(h))).any(|g| {
+            let bits = level.bits[level.origin[g as usize] as usize];
+            bits & (vertex_bits::SECTORS | vertex_bits::DART) != 0 || level.sharp.get(g as usize) == Some(&true)
+        })
+    }
+
+    /// Entries of the scene's colour edits from `from` on move by `by` places.
+    pub(super) fn renumber_colours(&mut self, from: u32, by: i64) {
+        if by == 0 || self.group_of.keys().all(|&entry| entry < from) {
+            return;
+        }
+        let moved = |i: u32| if i >= from { (i64::from(i) + by) as u32 } else { i };
+        self.group_of = self.group_of.iter().map(|(&entry, &place)| (moved(entry), place)).collect();
+        for source in self.levels.iter_mut().flat_map(|own| &mut own.paints).map(|p| &mut p.1) {
+            if let Source::Edit(i) = source {
+                *i = moved(*i);
+            }
+        }
+    }
+
     /// Entries of the scene's geometry edits from `from` on move by `by` places.
     pub(super) fn renumber(&mut self, from: u32, by: i64) {
         if by == 0 || self.move_of.keys().all(|&entry| entry < from) {
@@ -325,14 +408,35 @@ impl Index {
         self.epoch
     }
 
-    /// Bytes held, without those of the few edits.
+    /// Bytes held.
     pub fn bytes(&self) -> usize {
         let level = |l: &LevelIndex| {
             let lists = [&l.parent, &l.drawn, &l.painted, &l.vertex_mark, &l.face_mark, &l.group, &l.asked];
-            l.around.bytes() + lists.iter().map(|v| 4 * v.capacity()).sum::<usize>() + 16 * l.paints.capacity()
+            let free = [&l.free_faces, &l.free_values];
+            let edits = [&l.moved, &l.read];
+            let lists_of_edits = edits.iter().flat_map(|map| map.values()).map(of).sum::<usize>();
+            l.around.bytes()
+                + lists.into_iter().chain(free).map(of).sum::<usize>()
+                + edits.into_iter().map(of_map).sum::<usize>()
+                + lists_of_edits
+                + of(&l.paints)
+                + of(&l.moves)
         };
-        self.input.bytes() + self.levels.iter().map(level).sum::<usize>() + self.slots.bytes()
+        self.input.bytes()
+            + self.levels.iter().map(level).sum::<usize>()
+            + self.slots.bytes()
+            + of_map(&self.placed)
+            + of_map(&self.point_of)
+            + of_map(&self.move_of)
+            + of_map(&self.group_of)
+            + self.plan.as_ref().map_or(0, |plan| plan.bytes())
     }
+}
+
+/// The vertices that a colour at the sector of `h` goes to.
+fn one_ring(level: &Level, h: u32) -> [u32; 4] {
+    let a = level.next(h);
+    [h, a, level.next(a), level.prev(h)].map(|g| level.origin[g as usize])
 }
 
 /// Vertex of M^0 that a handle places, `None` where there is no such half-edge.

@@ -3,7 +3,7 @@
 //! A [`State`] keeps the levels and the patches of a scene. A change of values is followed level by level: the vertices of
 //! M^0 that it moves, what depends on them in M^1, edits in their local frames and so on ([`spread`]); then the faces
 //! within two rings of a changed vertex are built anew from a cut-out of the levels, and their control points replace the
-//! old ones in place ([`patches`]). A geometry edit that comes or goes first changes what is refined: faces of the levels
+//! old ones in place ([`patches`]). A geometry edit that comes or goes, or one colour all around a vertex, first changes what is refined: faces of the levels
 //! come and go around it (`plan.rs`, `grow.rs`), and so do patches, control points and indices in the table (`slots.rs`).
 //! Everything has the bits that a fresh [`refine`](fn@crate::refine::refine) and [`build`](fn@crate::patch::build::build)
 //! would give; after an edit that came or went, levels and patches may stand in another order, and the table has places
@@ -16,11 +16,12 @@
 //! that such edits leave with more room than patches is built anew ([`State::apply`]), which costs each edit a constant
 //! share of its own faces.
 //!
-//! Rebuilt as a whole is: other polygons or corner rules, sharp tags, colour edits that come or go, a colour that becomes
-//! equal to its neighbour's or stops being so, geometry edits that come or go under [`Rules::Authors`], with isolation or
-//! in global mode, and those whose faces would come beside a colour edit's. The [`Outcome`] says which it was. The inverse
+//! Rebuilt as a whole is: other polygons or corner rules, sharp tags, colour edits of single sectors that come or go or any
+//! beside sharp edges, a colour that becomes equal to its neighbour's or stops being so, edits that come or go under
+//! [`Rules::Authors`], with isolation or in global mode, and those whose faces would come beside a colour edit's. The [`Outcome`] says which it was. The inverse
 //! indices of [`Index`] are made at the first local edit after a rebuild and take time linear in the levels.
 
+mod bytes;
 mod diff;
 mod grow;
 mod index;
@@ -36,9 +37,9 @@ use crate::mesh::{self, HalfEdgeMesh, MeshError};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
 use crate::patch::PatchTable;
-use crate::refine::edits::{resolve_move, EditError, Move};
+use crate::refine::edits::{resolve_move, resolve_paint, EditError, Move, Paint};
 use crate::refine::{refine, Mode, Options, RefineError, Refinement, Rules};
-use crate::scene::{GeometryEdit, Scene};
+use crate::scene::{ColourEdit, GeometryEdit, Scene};
 use crate::subdiv::index_map::IndexMap;
 use glam::{DVec2, DVec4};
 use std::ops::Range;
@@ -208,6 +209,7 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touch
     let start = Instant::now();
     let Splice { at, removed, added } = &delta.geometry;
     let new = resolved(&delta.geometry, kept.mesh).ok()?;
+    let new_paints = resolved_paints(&delta.colours, kept.mesh).ok()?;
     let handles = [(&delta.handles, &kept.scene.handles, false), (&delta.face_points, &kept.scene.face_points, true)];
     let mut news = spread::News::default();
     for (splice, list, in_face) in handles {
@@ -217,7 +219,8 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touch
         }
     }
     let planned = kept.mode == Mode::Adaptive { isolate: 0 } && kept.refinement.rules == Rules::Gradtess;
-    if (!delta.geometry.is_empty() && !planned) || kept.table.faces.is_empty() {
+    let unplanned = !delta.geometry.is_empty() || !delta.colours.is_empty();
+    if (unplanned && !planned) || kept.table.faces.is_empty() {
         write(kept, delta);
         return None;
     }
@@ -226,9 +229,46 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touch
     if planned {
         index.count_causes(kept.scene, kept.mesh, kept.refinement)?;
     }
-    let [went, came] = [&old, &new].map(|moves| moves.iter().map(|m| index.asked_by(kept.mesh, m)).collect::<Vec<_>>());
+    let [mut went, mut came] =
+        [&old, &new].map(|moves| moves.iter().map(|m| index.asked_by(kept.mesh, m)).collect::<Vec<_>>());
+    let Splice { at: first, removed: gone, .. } = delta.colours;
+    let mut vertices = Vec::new();
+    if !delta.colours.is_empty() {
+        let old = Splice { at: first, removed: 0, added: kept.scene.colours[first..first + gone].to_vec() };
+        let old = resolved_paints(&old, kept.mesh).expect("the scene was refined");
+        vertices.extend(old.iter().chain(&new_paints).map(|p| p.vertex));
+        vertices.sort_unstable();
+        vertices.dedup();
+        let own = first..first + gone;
+        let smooth = index.are_smooth(kept.scene, kept.mesh, &old, own.clone())
+            && index.are_smooth(kept.scene, kept.mesh, &new_paints, own);
+        for &vertex in &vertices {
+            went.push(index.asked_by_colours(kept.scene, kept.mesh, vertex));
+        }
+        for (p, entry) in old.iter().zip(first as u32..) {
+            // All edits of a vertex go at once.
+            if smooth && old.iter().take(entry as usize - first).all(|q| (q.vertex, q.level) != (p.vertex, p.level)) {
+                match index.displace_group(entry, kept.refinement) {
+                    Some(painted) => news.painted.push(painted),
+                    None => {
+                        write(kept, delta);
+                        return None;
+                    }
+                }
+            }
+        }
+        if !smooth {
+            write(kept, delta);
+            return None;
+        }
+        index.recount_colours(first, gone, &new_paints);
+    }
 
     write(kept, delta);
+    for &vertex in &vertices {
+        came.push(index.asked_by_colours(kept.scene, kept.mesh, vertex));
+    }
+    index.renumber_colours((first + gone) as u32, delta.colours.added.len() as i64 - gone as i64);
     if !news.points.is_empty() {
         index.place_points(kept.scene, kept.mesh);
     }
@@ -238,6 +278,11 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touch
     index.rise(kept.refinement, &came, &mut changes)?;
     let places = (*at as u32..).zip(&new);
     news.moves.extend(places.filter_map(|(entry, m)| index.place_move(m, entry, kept.refinement)));
+    let mut groups: Vec<(u32, Paint)> = (first as u32..).zip(new_paints).collect();
+    groups.sort_by_key(|(_, p)| (p.level, p.vertex));
+    for group in groups.chunk_by(|(_, p), (_, q)| (p.level, p.vertex) == (q.level, q.vertex)) {
+        news.groups.push(index.place_group(group, kept.refinement)?);
+    }
     index.fall(kept.refinement, &went, &mut changes);
     kept.refinement.edit_level = deepest(kept.scene);
     for l in 0..kept.refinement.levels.len() {
@@ -277,6 +322,11 @@ fn write(kept: &mut Kept, delta: &Delta) {
 fn resolved(splice: &Splice<GeometryEdit>, mesh: &HalfEdgeMesh) -> Result<Vec<Move>, EditError> {
     let map = IndexMap::new(mesh);
     splice.added.iter().enumerate().map(|(i, e)| resolve_move(splice.at + i, e, &map)).collect()
+}
+
+fn resolved_paints(splice: &Splice<ColourEdit>, mesh: &HalfEdgeMesh) -> Result<Vec<Paint>, EditError> {
+    let map = IndexMap::new(mesh);
+    splice.added.iter().enumerate().map(|(i, e)| resolve_paint(splice.at + i, e, &map)).collect()
 }
 
 fn deepest(scene: &Scene) -> u32 {
@@ -337,6 +387,7 @@ impl State {
             self.rebuild();
         }
         resolved(&delta.geometry, &self.mesh).map_err(RefineError::from)?;
+        resolved_paints(&delta.colours, &self.mesh).map_err(RefineError::from)?;
         match self.follow(delta) {
             Some(touched) => Ok(Outcome::Local(touched)),
             None => {
@@ -372,6 +423,16 @@ impl State {
     /// Control points that something is drawn with: those of the table but for places that edits left unused.
     pub fn points(&self) -> usize {
         self.index.as_ref().map_or(self.table.control.len(), Index::points)
+    }
+
+    /// Bytes of all that is held: scene, mesh, levels, table and indices, but for the few bytes of names.
+    pub fn bytes(&self) -> usize {
+        bytes::of_scene(&self.scene)
+            + bytes::of_mesh(&self.mesh)
+            + self.refinement.levels.iter().map(bytes::of_level).sum::<usize>()
+            + self.refinement.fates.iter().map(Vec::capacity).sum::<usize>()
+            + bytes::of_table(&self.table)
+            + self.index_bytes()
     }
 
     /// Bytes of the inverse indices; 0 before they are made.

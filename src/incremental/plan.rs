@@ -4,16 +4,19 @@
 //! A face is refined while something asks for it: an edit, the colours of a vertex, a meeting of sharp edges, a polygon
 //! ([`Causes`]). So an edit that comes or goes is one cause more or less, whatever else is there.
 
+use super::bytes::{of, of_map};
 use super::grow::{grow, shrink, Changes};
 use super::index::Index;
 use crate::mesh::{HalfEdgeMesh, NONE};
-use crate::refine::edits::{resolve, Move};
+use crate::refine::edits::{resolve, resolve_paint, Move, Paint};
 use crate::refine::forest::Causes;
 use crate::refine::meetings::meetings;
 use crate::refine::{around_polygons, fate, fate_of, Refinement};
 use crate::scene::Scene;
-use crate::subdiv::index_map::IndexMap;
+use crate::subdiv::index_map::{IndexMap, Slot};
 use crate::subdiv::level::{Level, CUT};
+use std::collections::HashMap;
+use std::ops::Range;
 
 /// The plan by its causes.
 #[derive(Clone)]
@@ -21,6 +24,19 @@ pub struct Plan {
     causes: Causes,
     /// Vertices of M^0 around faces that are no quads.
     around_polygons: Vec<bool>,
+    /// Entries of [`Scene::colours`] of each vertex, ascending; of no vertex that has none.
+    painted: HashMap<Birth, Vec<u32>>,
+}
+
+/// First level of a vertex and its least slot there.
+type Birth = (u32, Slot);
+
+impl Plan {
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let entries: usize = self.painted.values().map(of).sum();
+        self.causes.bytes() + of(&self.around_polygons) + of_map(&self.painted) + entries
+    }
 }
 
 impl Index {
@@ -57,7 +73,11 @@ impl Index {
             count(causes.of_meeting(&map, &m))?;
         }
         let around_polygons = around_polygons(&refinement.levels[0]);
-        self.plan = Some(Box::new(Plan { causes, around_polygons }));
+        let mut painted: HashMap<Birth, Vec<u32>> = HashMap::new();
+        for (i, e) in scene.colours.iter().enumerate() {
+            painted.entry(resolve_paint(i, e, &map).ok()?.vertex).or_default().push(i as u32);
+        }
+        self.plan = Some(Box::new(Plan { causes, around_polygons, painted }));
         Some(())
     }
 
@@ -65,6 +85,55 @@ impl Index {
     pub(super) fn asked_by(&mut self, mesh: &HalfEdgeMesh, m: &Move) -> Vec<Vec<u64>> {
         let plan = self.plan.as_mut().expect("the causes are counted");
         plan.causes.of_move(&IndexMap::new(mesh), m).to_vec()
+    }
+
+    /// Names of the faces of each level that the colour edits of a vertex ask for.
+    pub(super) fn asked_by_colours(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, vertex: Birth) -> Vec<Vec<u64>> {
+        let plan = self.plan.as_mut().expect("the causes are counted");
+        let map = IndexMap::new(mesh);
+        let entries = plan.painted.get(&vertex).map_or(&[][..], |list| list);
+        let paint = |&i: &u32| resolve_paint(i as usize, &scene.colours[i as usize], &map).expect("it fits the mesh");
+        let mut group: Vec<Paint> = entries.iter().map(paint).collect();
+        group.sort_by_key(|p| p.level);
+        if group.is_empty() {
+            return Vec::new();
+        }
+        plan.causes.of_paints(&map, &group).to_vec()
+    }
+
+    /// Whether `paints` are of whole vertices, each with one colour all around, and the vertices have no other colour edit
+    /// of their level: then no edge becomes sharp. `own`: entries in the scene that are `paints` themselves.
+    pub(super) fn are_smooth(&self, scene: &Scene, mesh: &HalfEdgeMesh, paints: &[Paint], own: Range<usize>) -> bool {
+        let plan = self.plan.as_ref().expect("the causes are counted");
+        let map = IndexMap::new(mesh);
+        paints.iter().all(|p| {
+            let mut slots = Vec::new();
+            map.around(p.level, p.slot, |s| slots.push(s));
+            let same = paints.iter().filter(|q| (q.vertex, q.level) == (p.vertex, p.level));
+            let entries = plan.painted.get(&p.vertex).into_iter().flatten();
+            let mut others = entries.filter(|&&i| !own.contains(&(i as usize)));
+            (p.level > 0 || scene.corner_colours.is_empty())
+                && same.clone().count() == slots.len()
+                && slots.iter().all(|s| same.clone().any(|q| q.slot == *s && q.colour == p.colour))
+                && others.all(|&i| scene.colours[i as usize].level != p.level)
+        })
+    }
+
+    /// The scene's colour edits are others from now on: `paints` in the place of `removed` entries from `at` on.
+    pub(super) fn recount_colours(&mut self, at: usize, removed: usize, paints: &[Paint]) {
+        let plan = self.plan.as_mut().expect("the causes are counted");
+        let (at, end, by) = (at as u32, (at + removed) as u32, paints.len() as i64 - removed as i64);
+        if removed > 0 || by != 0 {
+            plan.painted.retain(|_, entries| {
+                entries.retain(|&i| i < at || i >= end);
+                entries.iter_mut().filter(|i| **i >= end).for_each(|i| *i = (i64::from(*i) + by) as u32);
+                !entries.is_empty()
+            });
+        }
+        for (p, i) in paints.iter().zip(at..) {
+            let entries = plan.painted.entry(p.vertex).or_default();
+            entries.insert(entries.partition_point(|&e| e < i), i);
+        }
     }
 
     /// Makes the faces below those that are asked for now. `None`: colours run through where faces would come.

@@ -18,6 +18,10 @@ pub struct News {
     pub vertices: Vec<Vec<u32>>,
     /// Level and vertex of geometry edits that came or went.
     pub moves: Vec<(u32, u32)>,
+    /// Level and group of colour edits that came.
+    pub groups: Vec<(u32, u32)>,
+    /// Level and vertices of colour edits that went.
+    pub painted: Vec<(u32, Vec<u32>)>,
     /// Points of M^0 of handles that came or went.
     pub points: Vec<u32>,
 }
@@ -38,6 +42,7 @@ pub fn spread(
 ) -> Option<Vec<Vec<u32>>> {
     let mut seeds = Seeds::of(index, mesh, edits)?;
     seeds.points.extend_from_slice(&news.points);
+    seeds.groups.extend_from_slice(&news.groups);
     let mut changed = Vec::with_capacity(refinement.levels.len());
     let (mut moved, mut painted) = (Vec::new(), Vec::new());
     for l in 0..refinement.levels.len() {
@@ -50,6 +55,8 @@ pub fn spread(
         let mut to_move = if l == 0 { seeds.points.clone() } else { below(&moved, level) };
         let mut to_paint = below(&painted, level);
         to_move.extend(news.moves.iter().filter(|m| m.0 == l as u32).map(|m| m.1));
+        let faded = news.painted.iter().filter(|p| p.0 == l as u32).flat_map(|p| &p.1);
+        to_paint.extend(faded.filter(|&&v| !index.has_left(l, v)));
         if let Some(new) = news.vertices.get(l) {
             to_move.extend_from_slice(new);
             to_paint.extend_from_slice(new);
@@ -267,7 +274,10 @@ fn repaint(
     for &(h, _) in edits {
         let before = level.spoke_before(h);
         for beside in [before, level.spoke_after(h)].into_iter().flatten() {
-            if (level.corner_colour(beside) != level.corner_colour(h)) != (of(beside)? != of(h)?) {
+            // A vertex that is new has no colour yet.
+            let [a, b] = [beside, h].map(|h| level.tint[h as usize]);
+            let differ = a != b && level.value[a as usize].c != level.value[b as usize].c;
+            if differ != (of(beside)? != of(h)?) {
                 return None;
             }
         }

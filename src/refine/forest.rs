@@ -478,6 +478,11 @@ impl Causes {
         self.closed(map, |forest| mark_meeting(forest, map, m))
     }
 
+    /// Bytes held between calls.
+    pub fn bytes(&self) -> usize {
+        self.forest.level0.capacity() + 4 * self.forest.root.capacity() + self.extraordinary.capacity()
+    }
+
     fn closed(&mut self, map: &IndexMap, mark: impl FnOnce(&mut Forest)) -> &[Vec<u64>] {
         self.forest.clear();
         mark(&mut self.forest);

@@ -61,9 +61,9 @@ struct Row {
     /// Patches that are drawn anew for it, and bytes uploaded.
     handle_patches: Option<usize>,
     handle_bytes: Option<u64>,
-    /// All memory that the program took for the sheet, with everything that edits need.
-    host_bytes: Option<u64>,
-    host_bytes_per_patch: Option<f64>,
+    /// What the host holds of the scene, with everything that edits need, after all of these.
+    host_bytes: usize,
+    host_bytes_per_patch: f64,
     control_bytes: u64,
     index_bytes: u64,
 }
@@ -76,6 +76,8 @@ struct Report {
     debug_build: bool,
     /// Level of the handle.
     level: u32,
+    /// Whether the handle is not in the scene's file.
+    added: bool,
     steps: u32,
     rows: Vec<Row>,
 }
@@ -90,12 +92,6 @@ fn median(values: &mut [f64]) -> f64 {
 
 fn ms(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
-}
-
-/// Bytes of memory that the program holds, where Linux says it.
-fn resident() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/statm").ok()?;
-    text.split(' ').nth(1)?.parse::<u64>().ok().map(|pages| 4096 * pages)
 }
 
 /// A sheet that edits are followed in, on host and device.
@@ -200,7 +196,6 @@ fn row(
     let same = |e: &GeometryEdit| (e.level, e.half_edge) == (dragged.level, dragged.half_edge);
     let own = scene.geometry.iter().position(same).ok_or_else(|| Failure::machine("a weld took the handle"))? as u32;
     let at = [dragged.a, dragged.b];
-    let before = resident();
     let start = Instant::now();
     let mut sheet = load(gpu, scene)?;
     let load_ms = ms(start);
@@ -241,7 +236,7 @@ fn row(
             }
         }
     }
-    let host_bytes = resident().zip(before).map(|(after, before)| after.saturating_sub(before));
+    let host_bytes = sheet.state.bytes();
     let mut rebuild = Vec::new();
     for _ in 0..(2000 / n).clamp(3, 25).min(request.steps) {
         let start = Instant::now();
@@ -275,19 +270,32 @@ fn row(
         handle_patches: handles.as_ref().map(|h| h.touched.patches),
         handle_bytes: handles.as_ref().map(|h| h.bytes),
         host_bytes,
-        host_bytes_per_patch: host_bytes.map(|bytes| bytes as f64 / patches as f64),
+        host_bytes_per_patch: host_bytes as f64 / patches as f64,
         control_bytes: 32 * sheet.state.table.control.len() as u64,
         index_bytes: 4 * sheet.state.table.indices.len() as u64,
     })
 }
 
 /// Measures, prints and writes.
-pub fn run(loaded: &Loaded, request: &Request, global: &Global) -> Result<(), Failure> {
-    let Some(handle) = deepest(loaded) else {
-        return Err(Failure::input(format_args!("{}: no geometry edit inside to drag", loaded.file)));
+pub fn run(mut loaded: Loaded, request: &Request, global: &Global) -> Result<(), Failure> {
+    let finest = loaded.scene.geometry.iter().map(|e| e.level).max().unwrap_or(0);
+    let gpu = Gpu::new(&global.gpu())?;
+    let own = deepest(&loaded).filter(|&i| loaded.scene.geometry[i].level == finest);
+    let added = own.is_none();
+    let handle = match own {
+        Some(i) => i,
+        None => {
+            // All of that level are on the border, where welds would take them: one more in each copy.
+            let mut sheet = load(&gpu, loaded.scene.clone())?;
+            let Some(edit) = new_handle(&mut sheet, &gpu, &loaded, finest.max(1))? else {
+                return Err(Failure::input(format_args!("{}: no handle inside to drag", loaded.file)));
+            };
+            loaded.scene.geometry.push(edit);
+            loaded.scene.geometry.len() - 1
+        }
     };
     let level = loaded.scene.geometry[handle].level;
-    let gpu = Gpu::new(&global.gpu())?;
+    let loaded = &loaded;
     std::fs::create_dir_all(request.folder)
         .map_err(|e| Failure::machine(format_args!("{}: {e}", request.folder.display())))?;
     let mut one = load(&gpu, loaded.scene.clone())?;
@@ -298,14 +306,14 @@ pub fn run(loaded: &Loaded, request: &Request, global: &Global) -> Result<(), Fa
         device: gpu.device().name.clone(),
         debug_build: cfg!(debug_assertions),
         level,
+        added,
         steps: request.steps,
         rows: Vec::new(),
     };
-    // Memory that one sheet leaves would be the next one's: the largest comes first.
     let mut sizes: Vec<u32> = (0..16).map(|k| 1 << (2 * k)).filter(|&n| n < request.most).collect();
     sizes.push(request.most);
-    for n in sizes.into_iter().rev() {
-        report.rows.insert(0, row(request, &gpu, loaded, &mut one, [handle as u32, n], new)?);
+    for n in sizes {
+        report.rows.push(row(request, &gpu, loaded, &mut one, [handle as u32, n], new)?);
         // What is done stays, should the rest be interrupted.
         write(request.folder, &report)?;
     }
@@ -370,7 +378,7 @@ fn text(report: &Report) -> String {
             100.0 * r.over_rebuild,
             fixed(r.redo_ms, 4),
             fixed(r.undo_ms, 4),
-            fixed(r.host_bytes_per_patch, 0)
+            fixed(Some(r.host_bytes_per_patch), 0)
         );
     }
     out

@@ -1,0 +1,48 @@
+//! How much memory things hold.
+
+use crate::mesh::HalfEdgeMesh;
+use crate::patch::PatchTable;
+use crate::scene::Scene;
+use crate::subdiv::level::Level;
+use std::collections::HashMap;
+
+/// Bytes that a vector holds.
+pub(super) fn of<T>(list: &Vec<T>) -> usize {
+    size_of::<T>() * list.capacity()
+}
+
+/// Bytes that a map holds: its entries and a byte for each.
+pub(super) fn of_map<K, V>(map: &HashMap<K, V>) -> usize {
+    (size_of::<(K, V)>() + 1) * map.capacity() * 8 / 7
+}
+
+pub(super) fn of_scene(scene: &Scene) -> usize {
+    of(&scene.mesh.positions)
+        + of(&scene.mesh.corners)
+        + of(&scene.mesh.face_start)
+        + of(&scene.corner_colours)
+        + of(&scene.sharp)
+        + of(&scene.handles)
+        + of(&scene.face_points)
+        + of(&scene.geometry)
+        + of(&scene.colours)
+}
+
+pub(super) fn of_mesh(mesh: &HalfEdgeMesh) -> usize {
+    let numbers = [&mesh.origin, &mesh.twin, &mesh.face, &mesh.face_start, &mesh.boundary_before, &mesh.edges_before];
+    of(&mesh.positions) + numbers.into_iter().map(of).sum::<usize>()
+}
+
+pub(super) fn of_level(level: &Level) -> usize {
+    let numbers = [&level.polygon_start, &level.polygon_face, &level.origin, &level.twin, &level.tint, &level.child];
+    let flags = [&level.inside, &level.sharp];
+    numbers.into_iter().map(of).sum::<usize>()
+        + flags.into_iter().map(of).sum::<usize>()
+        + of(&level.face)
+        + of(&level.value)
+        + of(&level.bits)
+}
+
+pub(super) fn of_table(table: &PatchTable) -> usize {
+    of(&table.control) + of(&table.indices) + of(&table.faces) + of(&table.ranges)
+}
