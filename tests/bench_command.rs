@@ -380,9 +380,11 @@ fn a_drag_touches_as_much_in_a_sheet_as_in_one_copy() {
     assert_eq!(done["schema"], "gradtess.drag/1");
     assert_eq!(rows.iter().map(|row| row["copies"].as_u64().unwrap()).collect::<Vec<_>>(), [1, 4, 5]);
     for row in rows {
-        for what in ["drag_faces", "drag_bytes", "handle_came", "handle_patches"] {
+        for what in ["drag_faces", "drag_bytes"] {
             assert!(row[what] == rows[0][what] && row[what].as_u64() > Some(0), "{what}: {row}");
         }
+        // Welds near the handle that comes ask for other faces.
+        assert!(row["handle_came"].as_u64() > Some(0) && row["handle_patches"].as_u64() > Some(0), "{row}");
         assert!(row["host_bytes_per_patch"].as_f64().unwrap() > 500.0, "{row}");
         assert!(row["control_bytes"].as_u64() > row["drag_bytes"].as_u64(), "{row}");
     }

@@ -3,6 +3,7 @@
 //! together; values are for [`super::spread`].
 
 use super::index::LevelIndex;
+use super::memory::{extend_to, push};
 use crate::mesh::NONE;
 use crate::refine::Refinement;
 use crate::subdiv::level::{vertex_bits, Level, Value, CUT};
@@ -68,7 +69,7 @@ fn new_value(level: &mut Level, own: &mut LevelIndex) -> u32 {
         level.value[v as usize] = NOTHING;
         return v;
     }
-    level.value.push(NOTHING);
+    push(&mut level.value, NOTHING);
     level.value.len() as u32 - 1
 }
 
@@ -76,12 +77,12 @@ fn new_vertex(level: &mut Level, own: &mut LevelIndex, bits: u8) -> u32 {
     let v = new_value(level, own);
     let all = level.value.len();
     if level.bits.len() <= v as usize {
-        level.bits.resize(all, 0);
+        extend_to(&mut level.bits, all, 0);
     }
     own.around.extend_to(all);
-    own.vertex_mark.resize(all.max(own.vertex_mark.len()), 0);
+    extend_to(&mut own.vertex_mark, all, 0);
     if !own.painted.is_empty() {
-        own.painted.resize(all.max(own.painted.len()), NONE);
+        extend_to(&mut own.painted, all, NONE);
         own.painted[v as usize] = NONE;
     }
     level.bits[v as usize] = bits;
@@ -93,24 +94,24 @@ fn new_face(level: &mut Level, fates: &mut Vec<u8>, own: &mut LevelIndex) -> u32
         return f;
     }
     let f = level.face.len() as u32;
-    level.face.push(0);
-    level.inside.push(false);
+    push(&mut level.face, 0);
+    push(&mut level.inside, false);
     level.quads = f + 1;
     let half_edges = 4 * level.face.len();
-    level.origin.resize(half_edges, NONE);
-    level.twin.resize(half_edges, CUT);
-    level.tint.resize(half_edges, NONE);
+    extend_to(&mut level.origin, half_edges, NONE);
+    extend_to(&mut level.twin, half_edges, CUT);
+    extend_to(&mut level.tint, half_edges, NONE);
     if !level.sharp.is_empty() {
-        level.sharp.resize(half_edges, false);
+        extend_to(&mut level.sharp, half_edges, false);
     }
     if !level.child.is_empty() {
-        level.child.resize(half_edges, NONE);
+        extend_to(&mut level.child, half_edges, NONE);
     }
-    fates.push(0);
-    own.parent.push(NONE);
-    own.drawn.push(NONE);
-    own.face_mark.push(0);
-    own.asked.push(0);
+    push(fates, 0);
+    push(&mut own.parent, NONE);
+    push(&mut own.drawn, NONE);
+    push(&mut own.face_mark, 0);
+    push(&mut own.asked, 0);
     f
 }
 

@@ -1,6 +1,6 @@
 //! What a rebuild does not keep: the way back from a vertex, a face or an edit to what stands where.
 
-use super::bytes::{of, of_map};
+use super::memory::{of, of_map};
 use super::plan::Plan;
 use super::slots::Slots;
 use crate::mesh::{HalfEdgeMesh, NONE};
@@ -44,6 +44,8 @@ pub(super) struct LevelIndex {
     pub drawn: Vec<u32>,
     /// Geometry edits of the level in the order in which they are added.
     pub moves: Vec<PlacedMove>,
+    /// Numbers of those that went.
+    pub free_moves: Vec<u32>,
     /// Moves of a vertex, and moves whose frame reads it.
     pub moved: HashMap<u32, Vec<u32>>,
     pub read: HashMap<u32, Vec<u32>>,
@@ -70,6 +72,7 @@ impl LevelIndex {
             parent,
             drawn,
             moves: Vec::new(),
+            free_moves: Vec::new(),
             moved: HashMap::new(),
             read: HashMap::new(),
             paints: Vec::new(),
@@ -193,16 +196,11 @@ impl Index {
         let vertices = [level.origin[spoke as usize], end1, end2];
         let own = &mut self.levels[m.level as usize];
         let placed = PlacedMove { local, entry, vertices };
-        let number = match own.moves.iter().position(|m| m.entry == NONE) {
-            Some(i) if self.plan.is_some() => {
-                own.moves[i] = placed;
-                i as u32
-            }
-            _ => {
-                own.moves.push(placed);
-                own.moves.len() as u32 - 1
-            }
-        };
+        let number = own.free_moves.pop().unwrap_or_else(|| {
+            own.moves.push(placed);
+            own.moves.len() as u32 - 1
+        });
+        own.moves[number as usize] = placed;
         // Where several move one vertex, steps are added in the order of the scene.
         let moves = &own.moves;
         let moved = own.moved.entry(vertices[0]).or_default();
@@ -221,6 +219,7 @@ impl Index {
         let own = &mut self.levels[l as usize];
         let m = &mut own.moves[number as usize];
         m.entry = NONE;
+        own.free_moves.push(number);
         let vertices = m.vertices;
         for (i, v) in [0, 1, 2, 3].map(|i: usize| (i, vertices[i.saturating_sub(1)])) {
             let map = if i == 0 { &mut own.moved } else { &mut own.read };
@@ -352,7 +351,7 @@ impl Index {
 
     /// Entries of the scene's colour edits from `from` on move by `by` places.
     pub(super) fn renumber_colours(&mut self, from: u32, by: i64) {
-        if by == 0 || self.group_of.keys().all(|&entry| entry < from) {
+        if by == 0 {
             return;
         }
         let moved = |i: u32| if i >= from { (i64::from(i) + by) as u32 } else { i };
@@ -364,9 +363,9 @@ impl Index {
         }
     }
 
-    /// Entries of the scene's geometry edits from `from` on move by `by` places.
+    /// Entries of the scene's geometry edits from `from` on, of which there are some, move by `by` places.
     pub(super) fn renumber(&mut self, from: u32, by: i64) {
-        if by == 0 || self.move_of.keys().all(|&entry| entry < from) {
+        if by == 0 {
             return;
         }
         self.move_of.clear();

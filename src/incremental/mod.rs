@@ -21,10 +21,10 @@
 //! [`Rules::Authors`], with isolation or in global mode, and those whose faces would come beside a colour edit's. The [`Outcome`] says which it was. The inverse
 //! indices of [`Index`] are made at the first local edit after a rebuild and take time linear in the levels.
 
-mod bytes;
 mod diff;
 mod grow;
 mod index;
+mod memory;
 pub mod patches;
 mod plan;
 mod slots;
@@ -261,20 +261,25 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touch
             write(kept, delta);
             return None;
         }
-        index.recount_colours(first, gone, &new_paints);
+        let behind = kept.scene.colours.len() > first + gone;
+        index.recount_colours(first, &old, &new_paints, behind);
     }
 
     write(kept, delta);
     for &vertex in &vertices {
         came.push(index.asked_by_colours(kept.scene, kept.mesh, vertex));
     }
-    index.renumber_colours((first + gone) as u32, delta.colours.added.len() as i64 - gone as i64);
+    if kept.scene.colours.len() > first + delta.colours.added.len() {
+        index.renumber_colours((first + gone) as u32, delta.colours.added.len() as i64 - gone as i64);
+    }
     if !news.points.is_empty() {
         index.place_points(kept.scene, kept.mesh);
     }
     let mut changes = grow::Changes::default();
     news.moves.extend((*at..at + removed).filter_map(|entry| index.displace_move(entry as u32)));
-    index.renumber((at + removed) as u32, added.len() as i64 - *removed as i64);
+    if kept.scene.geometry.len() > at + added.len() {
+        index.renumber((at + removed) as u32, added.len() as i64 - *removed as i64);
+    }
     index.rise(kept.refinement, &came, &mut changes)?;
     let places = (*at as u32..).zip(&new);
     news.moves.extend(places.filter_map(|(entry, m)| index.place_move(m, entry, kept.refinement)));
@@ -284,7 +289,9 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touch
         news.groups.push(index.place_group(group, kept.refinement)?);
     }
     index.fall(kept.refinement, &went, &mut changes);
-    kept.refinement.edit_level = deepest(kept.scene);
+    let levels = old.iter().chain(&new).map(|m| m.level);
+    let levels = levels.chain(delta.colours.added.iter().map(|e| e.level));
+    kept.refinement.edit_level = deepest(kept.scene, kept.refinement.edit_level.max(levels.max().unwrap_or(0)));
     for l in 0..kept.refinement.levels.len() {
         let mut vertices = std::mem::take(&mut changes.dirty(l).vertices);
         vertices.retain(|&v| !index.has_left(l, v));
@@ -329,9 +336,16 @@ fn resolved_paints(splice: &Splice<ColourEdit>, mesh: &HalfEdgeMesh) -> Result<V
     splice.added.iter().enumerate().map(|(i, e)| resolve_paint(splice.at + i, e, &map)).collect()
 }
 
-fn deepest(scene: &Scene) -> u32 {
-    let colours = scene.colours.iter().map(|e| e.level);
-    scene.geometry.iter().map(|e| e.level).chain(colours).max().unwrap_or(0)
+/// Deepest level that has an edit, which is `most` at most. As soon as one is found there, no other is looked at.
+fn deepest(scene: &Scene, most: u32) -> u32 {
+    let mut deepest = 0;
+    for level in scene.geometry.iter().map(|e| e.level).rev().chain(scene.colours.iter().map(|e| e.level).rev()) {
+        deepest = deepest.max(level);
+        if deepest >= most {
+            break;
+        }
+    }
+    deepest
 }
 
 /// A scene with all that follows from it, kept up to date.
@@ -427,11 +441,11 @@ impl State {
 
     /// Bytes of all that is held: scene, mesh, levels, table and indices, but for the few bytes of names.
     pub fn bytes(&self) -> usize {
-        bytes::of_scene(&self.scene)
-            + bytes::of_mesh(&self.mesh)
-            + self.refinement.levels.iter().map(bytes::of_level).sum::<usize>()
+        memory::of_scene(&self.scene)
+            + memory::of_mesh(&self.mesh)
+            + self.refinement.levels.iter().map(memory::of_level).sum::<usize>()
             + self.refinement.fates.iter().map(Vec::capacity).sum::<usize>()
-            + bytes::of_table(&self.table)
+            + memory::of_table(&self.table)
             + self.index_bytes()
     }
 

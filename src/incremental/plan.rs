@@ -4,9 +4,9 @@
 //! A face is refined while something asks for it: an edit, the colours of a vertex, a meeting of sharp edges, a polygon
 //! ([`Causes`]). So an edit that comes or goes is one cause more or less, whatever else is there.
 
-use super::bytes::{of, of_map};
 use super::grow::{grow, shrink, Changes};
 use super::index::Index;
+use super::memory::{of, of_map};
 use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::refine::edits::{resolve, resolve_paint, Move, Paint};
 use crate::refine::forest::Causes;
@@ -119,18 +119,23 @@ impl Index {
         })
     }
 
-    /// The scene's colour edits are others from now on: `paints` in the place of `removed` entries from `at` on.
-    pub(super) fn recount_colours(&mut self, at: usize, removed: usize, paints: &[Paint]) {
+    /// Instead of colour edits `old`, the scene has `new` from entry `at` on from now on; `behind`: others follow.
+    pub(super) fn recount_colours(&mut self, at: usize, old: &[Paint], new: &[Paint], behind: bool) {
         let plan = self.plan.as_mut().expect("the causes are counted");
-        let (at, end, by) = (at as u32, (at + removed) as u32, paints.len() as i64 - removed as i64);
-        if removed > 0 || by != 0 {
-            plan.painted.retain(|_, entries| {
+        let (at, end, by) = (at as u32, (at + old.len()) as u32, new.len() as i64 - old.len() as i64);
+        for p in old {
+            if let Some(entries) = plan.painted.get_mut(&p.vertex) {
                 entries.retain(|&i| i < at || i >= end);
-                entries.iter_mut().filter(|i| **i >= end).for_each(|i| *i = (i64::from(*i) + by) as u32);
-                !entries.is_empty()
-            });
+                if entries.is_empty() {
+                    plan.painted.remove(&p.vertex);
+                }
+            }
         }
-        for (p, i) in paints.iter().zip(at..) {
+        if behind && by != 0 {
+            let moved = plan.painted.values_mut().flatten().filter(|i| **i >= end);
+            moved.for_each(|i| *i = (i64::from(*i) + by) as u32);
+        }
+        for (p, i) in new.iter().zip(at..) {
             let entries = plan.painted.entry(p.vertex).or_default();
             entries.insert(entries.partition_point(|&e| e < i), i);
         }

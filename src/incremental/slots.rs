@@ -6,6 +6,7 @@
 //! needs are given to the next that come.
 
 use super::index::LevelIndex;
+use super::memory::{extend_to, push};
 use crate::mesh::NONE;
 use crate::patch::remap::part_positions;
 use crate::patch::transition::{constellation, parts_of, EXTRA_POINTS, PARTS};
@@ -81,9 +82,11 @@ impl Slots {
             room: table.ranges.iter().map(|r| r.count).collect(),
             parts: part_positions(table).into_iter().collect(),
         };
-        let firsts = first_points(table, levels);
-        for i in 0..table.control.len() as u32 {
-            slots.level.push((firsts.partition_point(|&first| first <= i) - 1) as u8);
+        let mut firsts = first_points(table, levels);
+        firsts.push(u32::MAX);
+        for (l, first) in firsts.windows(2).enumerate() {
+            let end = (first[1] as usize).min(table.control.len());
+            slots.level.resize(end.max(slots.level.len()), l as u8);
         }
         for range in &table.ranges {
             let first = range.first as usize;
@@ -93,7 +96,18 @@ impl Slots {
         }
         // Patches of a range stand in the order of their faces.
         let at: HashMap<_, _> = table.ranges.iter().zip(0..).map(|(r, i)| ((r.kind, r.part, r.level), i)).collect();
+        let mut whole = (None, 0);
         for (face, &number) in table.faces.iter().zip(numbers) {
+            if face.transition == 0 {
+                // Most faces follow one of their sort.
+                let sort = (face.kind, None, face.level);
+                if whole.0 != Some(sort) {
+                    whole = (Some(sort), at[&sort]);
+                }
+                let owners: &mut Vec<Owner> = &mut slots.owners[whole.1];
+                owners.push(Owner { face: number, level: face.level as u8, part: 0 });
+                continue;
+            }
             for (k, part) in parts(face).enumerate() {
                 let owner = Owner { face: number, level: face.level as u8, part: k as u8 };
                 let range: usize = at[&(face.kind, part, face.level)];
@@ -190,10 +204,10 @@ impl Slots {
             debug_assert_eq!(ids.len(), r.stride());
             table.indices[at[k] as usize..at[k] as usize + ids.len()].copy_from_slice(ids);
             written.indices.push([at[k], ids.len() as u32]);
-            self.owners[range].push(Owner { face: number, level: face.level as u8, part: k as u8 });
+            push(&mut self.owners[range], Owner { face: number, level: face.level as u8, part: k as u8 });
             ids.iter().for_each(|&i| self.uses[i as usize] += 1);
         }
-        table.faces.push(Face { first: at[0], ..face });
+        push(&mut table.faces, Face { first: at[0], ..face });
         if face.transition != 0 {
             self.parts.insert(entry, at);
         }
@@ -209,9 +223,9 @@ impl Slots {
         written: &mut Written,
     ) -> u32 {
         let i = self.free.pop().unwrap_or_else(|| {
-            table.control.push(point);
-            self.uses.push(0);
-            self.level.push(level);
+            push(&mut table.control, point);
+            push(&mut self.uses, 0);
+            push(&mut self.level, level);
             table.control.len() as u32 - 1
         });
         (table.control[i as usize], self.level[i as usize]) = (point, level);
@@ -261,7 +275,8 @@ impl Slots {
         }
         let room = (all / 4).clamp(LEAST_ROOM, MOST_ROOM);
         let first = table.indices.len() as u32;
-        table.indices.resize(table.indices.len() + room * like.stride(), 0);
+        let length = table.indices.len() + room * like.stride();
+        extend_to(&mut table.indices, length, 0);
         written.indices.push([first, (room * like.stride()) as u32]);
         table.ranges.insert(behind, DrawRange { first, ..like });
         self.room.insert(behind, room as u32);

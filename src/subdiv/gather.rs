@@ -49,7 +49,11 @@ impl Around {
 
     /// Empty lists for vertices up to this many.
     pub fn extend_to(&mut self, vertices: usize) {
-        self.list.resize(vertices.max(self.list.len()), [0; 3]);
+        let more = vertices.saturating_sub(self.list.len());
+        if vertices > self.list.capacity() {
+            self.list.reserve_exact(more + 64 + self.list.len() / 16);
+        }
+        self.list.extend(std::iter::repeat_n([0; 3], more));
     }
 
     /// Puts `h` in its place in the list of `v`.
@@ -59,6 +63,10 @@ impl Around {
             // A regular vertex has four.
             let room = (2 * room).max(4);
             let to = self.half_edge.len();
+            if to + room as usize > self.half_edge.capacity() {
+                // A sixteenth more: doubling would hold more memory than all lists need.
+                self.half_edge.reserve_exact(room as usize + 64 + to / 16);
+            }
             self.half_edge.extend_from_within(begin as usize..(begin + length) as usize);
             self.half_edge.resize(to + room as usize, 0);
             self.list[v as usize] = [to as u32, length, room];

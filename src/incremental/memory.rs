@@ -1,4 +1,4 @@
-//! How much memory things hold.
+//! How much memory things hold, and how it grows: by a sixteenth, where a vector would double.
 
 use crate::mesh::HalfEdgeMesh;
 use crate::patch::PatchTable;
@@ -9,6 +9,27 @@ use std::collections::HashMap;
 /// Bytes that a vector holds.
 pub(super) fn of<T>(list: &Vec<T>) -> usize {
     size_of::<T>() * list.capacity()
+}
+
+/// Makes room for a few entries more, so that what follows does not double the vector.
+pub(super) fn make_room<T>(list: &mut Vec<T>, more: usize) {
+    if list.len() + more > list.capacity() {
+        list.reserve_exact(more + 64 + list.len() / 16);
+    }
+}
+
+/// [`Vec::push`] with that.
+pub(super) fn push<T>(list: &mut Vec<T>, entry: T) {
+    make_room(list, 1);
+    list.push(entry);
+}
+
+/// Makes the list longer, up to `length`, likewise.
+pub(super) fn extend_to<T: Clone>(list: &mut Vec<T>, length: usize, entry: T) {
+    if length > list.len() {
+        make_room(list, length - list.len());
+        list.resize(length, entry);
+    }
 }
 
 /// Bytes that a map holds: its entries and a byte for each.
