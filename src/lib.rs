@@ -116,7 +116,7 @@
 //! | 6 fixed tessellation factors | [`patch::tess`]; against screen-space ones at equal error: `repro --only pixels` |
 //! | 7 irregular faces affected down to some level | [`refine::Mode::Adaptive`]'s `isolate`, [`refine::isolation`]; error against patches: `repro --only isolate` |
 //! | 7 Fig. 22: bicubic against Gregory | [`patch::points::Irregular`], `--patches bicubic`; `repro --only fig22` |
-//! | 7.2 local updates of the buffers, several cores | [`incremental`], [`gpu::Gpu::update_points`]; [`threads`] |
+//! | 7.2 local updates of the buffers, several cores | [`incremental`], [`gpu::Gpu::update_points`], [`gpu::Gpu::update_parts`], `bench --drag`, `repro --only drag`; [`threads`] |
 //! | App. A index mapping, Fig. A.1 | [`subdiv::index_map`]; two errata below |
 //! | App. B limit, (B.1), Fig. B.1 | [`subdiv::limit::limit`] |
 //! | App. B inverse, (B.2) | [`subdiv::limit::control_for_limit`] |

@@ -165,7 +165,7 @@ fn assert_equal(state: &State, options: Options, irregular: Irregular, what: &st
 #[test]
 fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
     let (local, all) = (Cell::new([0; 2]), Cell::new([0; 2]));
-    for_random_scenes(120, |scene, _| {
+    for_random_scenes(60, |scene, _| {
         let seed =
             scene.mesh.positions.iter().fold(scene.colours.len() as u64, |s, p| s.rotate_left(7) ^ p.x.to_bits());
         let mut random = Random(seed);
