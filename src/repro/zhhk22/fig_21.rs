@@ -15,21 +15,21 @@ pub const FIGURE: Figure = Figure {
     make,
 };
 
-/// The authors' edited models by name and finest edit level, and whether they are measured by the short protocol too.
-const MODELS: [(&str, &str, bool); 13] = [
-    ("quad 2", "Quad_edits.obj", true),
-    ("pin 2", "bolling/bolling_Subd2.obj", false),
-    ("pin 3", "bolling/bolling_Subd3.obj", true),
-    ("sunglasses 2", "glass/1/glass2.obj", false),
-    ("sunglasses 3", "glass/1/glass3.obj", true),
-    ("tulip 4", "Edited/Tulip.obj", true),
-    ("butterfly 2", "butterfly/butterfly_Subdi2.obj", false),
-    ("butterfly 3", "butterfly/butterfly_Subdi3.obj", false),
-    ("butterfly 4", "butterfly/butterfly_Subdi4.obj", true),
-    ("cherry 2", "cherry/cherry_editAtSubd2.obj", false),
-    ("cherry 3", "cherry/cherry_editAtSubd3.obj", false),
-    ("cherry 4", "cherry/cherry_editAtSubd4.obj", false),
-    ("cherry 5", "cherry/cherry_editAtSubd5.obj", true),
+/// The authors' edited models by name and finest edit level.
+const MODELS: [(&str, &str); 13] = [
+    ("quad 2", "Quad_edits.obj"),
+    ("pin 2", "bolling/bolling_Subd2.obj"),
+    ("pin 3", "bolling/bolling_Subd3.obj"),
+    ("sunglasses 2", "glass/1/glass2.obj"),
+    ("sunglasses 3", "glass/1/glass3.obj"),
+    ("tulip 4", "Edited/Tulip.obj"),
+    ("butterfly 2", "butterfly/butterfly_Subdi2.obj"),
+    ("butterfly 3", "butterfly/butterfly_Subdi3.obj"),
+    ("butterfly 4", "butterfly/butterfly_Subdi4.obj"),
+    ("cherry 2", "cherry/cherry_editAtSubd2.obj"),
+    ("cherry 3", "cherry/cherry_editAtSubd3.obj"),
+    ("cherry 4", "cherry/cherry_editAtSubd4.obj"),
+    ("cherry 5", "cherry/cherry_editAtSubd5.obj"),
 ];
 
 /// Factors T of T / 2^l that are tried for equal error.
@@ -67,10 +67,8 @@ fn equal_error(
 
 fn make(sheet: &mut Sheet) -> Result<(), ReproError> {
     let mut models = vec![("our cherry 5", sheet.scene("cherry.json")?)];
-    for (name, file, always) in MODELS {
-        if always || sheet.full() {
-            models.extend(sheet.model(file).map(|file| (name, file)));
-        }
+    for (name, file) in MODELS {
+        models.extend(sheet.model(file).map(|file| (name, file)));
     }
     let mut rows = Vec::new();
     let mut claims = Vec::new();
