@@ -133,47 +133,46 @@ pub fn tessellated(patches: &Patches, segments: Segments) -> Vec<[DVec3; 3]> {
     out
 }
 
-/// A tessellated triangle: a lattice of `n` segments, its outer row joined to sides of `outer`.
+/// A tessellated triangle, ring by ring inwards: ring r is `2 r / 3 n` from the sides and has `n - 2 r` segments a side, the
+/// outermost those of `outer`.
 fn triangle(n: u32, outer: [u32; 3], at: &impl Fn(f64, f64) -> DVec3, out: &mut Vec<[DVec3; 3]>) {
-    if outer == [1; 3] && n == 1 {
-        out.push([at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)]);
-        return;
-    }
-    let n = n.max(3);
-    // (i, j) of the lattice from 1 on; m segments along a side of its inner triangle.
-    let m = n - 3;
-    let p = |i: u32, j: u32| at(f64::from(i + 1) / f64::from(n), f64::from(j + 1) / f64::from(n));
-    for (j, i) in (0..m).flat_map(|j| (0..m - j).map(move |i| (j, i))) {
-        out.push([p(i, j), p(i + 1, j), p(i, j + 1)]);
-        if i + j + 1 < m {
-            out.push([p(i + 1, j), p(i + 1, j + 1), p(i, j + 1)]);
+    // The tessellator raises an inner level of 1 when an outer one is greater.
+    let n = if outer == [1; 3] { n } else { n.max(2) };
+    let ring = |r: u32, segments: u32, side: usize, k: u32| {
+        let away = 2.0 * f64::from(r) / (3.0 * f64::from(n));
+        let along = if segments == 0 { 0.0 } else { (1.0 - 3.0 * away) * f64::from(k) / f64::from(segments) };
+        let far = 1.0 - 2.0 * away;
+        match side {
+            0 => at(away + along, away),
+            1 => at(far - along, away + along),
+            _ => at(away, far - along),
         }
-    }
-    for (side, &segments) in outer.iter().enumerate() {
-        let outside = |k: u32| {
-            let t = f64::from(k) / f64::from(segments);
-            match side {
-                0 => at(t, 0.0),
-                1 => at(1.0 - t, t),
-                _ => at(0.0, 1.0 - t),
-            }
-        };
-        let inside = |k: u32| match side {
-            0 => p(k, 0),
-            1 => p(m - k, k),
-            _ => p(0, m - k),
-        };
-        // Each step along the row that is behind.
-        let (mut i, mut j) = (0, 0);
-        while i < segments || j < m {
-            if j == m || (i < segments && i * m <= j * segments) {
-                out.push([outside(i), outside(i + 1), inside(j)]);
-                i += 1;
-            } else {
-                out.push([outside(i), inside(j + 1), inside(j)]);
-                j += 1;
+    };
+    let mut segments = outer;
+    for r in 0.. {
+        let left = n.saturating_sub(2 * r);
+        if left == 1 {
+            // One triangle is left; its sides have one segment each, unless it is the whole.
+            out.push([ring(r, 1, 0, 0), ring(r, 1, 1, 0), ring(r, 1, 2, 0)]);
+        }
+        if left < 2 {
+            return;
+        }
+        let m = left - 2;
+        for (side, &segments) in segments.iter().enumerate() {
+            // Each step along the row that is behind.
+            let (mut i, mut j) = (0, 0);
+            while i < segments || j < m {
+                if j == m || (i < segments && (2 * i + 1) * left <= (2 * j + 3) * segments) {
+                    out.push([ring(r, segments, side, i), ring(r, segments, side, i + 1), ring(r + 1, m, side, j)]);
+                    i += 1;
+                } else {
+                    out.push([ring(r, segments, side, i), ring(r + 1, m, side, j + 1), ring(r + 1, m, side, j)]);
+                    j += 1;
+                }
             }
         }
+        segments = [m; 3];
     }
 }
 
@@ -215,4 +214,25 @@ pub fn mesh(level: &Level, positions: &[DVec3]) -> SolidTable {
     }
     table.part(Primitive::Lines);
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::timing::triangles;
+
+    #[test]
+    fn tessellated_triangles_cover_the_domain_once_and_are_as_many_as_the_formula_has() {
+        for n in 1..=9 {
+            for outer in [[n; 3], [2 * n, n, n], [n, 3, 2 * n], [2, 1, 1]] {
+                let mut out = Vec::new();
+                triangle(n, outer, &|u, v| DVec3::new(u, v, 0.0), &mut out);
+                let [a, b, c] = outer.map(u64::from);
+                assert_eq!(out.len() as u64, triangles::triangle([a, b, c], n.into()), "{n} {outer:?}");
+                let areas: Vec<f64> = out.iter().map(|[a, b, c]| 0.5 * (*b - *a).cross(*c - *a).z).collect();
+                assert!(areas.iter().all(|&area| area > 1e-9), "{n} {outer:?}: {areas:?}");
+                assert!((areas.iter().sum::<f64>() - 0.5).abs() < 1e-12, "{n} {outer:?}");
+            }
+        }
+    }
 }
