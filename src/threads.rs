@@ -7,6 +7,7 @@
 //! A core that sleeps takes longer to wake than most sets of pieces take. So the cores are called together once for a whole
 //! job ([`crew`]) and stay awake until it is done: then a set of pieces costs a microsecond or two.
 
+use rayon::prelude::*;
 use rustix::time::{clock_gettime, ClockId};
 use std::cell::Cell;
 use std::ops::Range;
@@ -151,27 +152,24 @@ fn wait_awake(left: &AtomicUsize) {
 }
 
 /// `of` every number below `n`.
-pub fn collect<T: Copy + Default + Send>(n: usize, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
-    if count(n) == 1 {
-        return (0..n).map(of).collect();
-    }
-    let mut all = vec![T::default(); n];
-    update(&mut all, |i, x| *x = of(i));
+pub fn collect<T: Send>(n: usize, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    let mut all = Vec::with_capacity(n);
+    append(&mut all, n, of);
     all
 }
 
-/// Appends what becomes of each item.
-pub fn extend<T: Copy + Sync, U: Copy + Default + Send>(
-    to: &mut Vec<U>,
-    from: &[T],
-    of: impl Fn(T) -> U + Sync + Send,
-) {
-    if count(from.len() / 4) == 1 {
-        return to.extend(from.iter().map(|&x| of(x)));
+/// Appends `of` every number below `n`.
+pub fn append<T: Send>(to: &mut Vec<T>, n: usize, of: impl Fn(usize) -> T + Sync + Send) {
+    // Of the little that is done with an item here, a piece needs more.
+    match count(n / 2) {
+        1 => to.extend((0..n).map(of)),
+        count if REHEARSAL.get().is_some() => {
+            to.reserve(n);
+            in_turn(cut(n, count), |piece| to.extend(piece.map(&of)));
+        }
+        // More pieces than cores: who waits for another one's falls asleep.
+        count => to.par_extend((0..n).into_par_iter().with_min_len(n.div_ceil(4 * count)).map(of)),
     }
-    let at = to.len();
-    to.resize(at + from.len(), U::default());
-    update(&mut to[at..], |i, x| *x = of(from[i]));
 }
 
 /// Makes `to` what becomes of each item, in the memory it has.
@@ -180,29 +178,19 @@ pub fn replace<T: Copy + Sync, U: Copy + Default + Send>(
     from: &[T],
     of: impl Fn(T) -> U + Sync + Send,
 ) {
-    if to.len() < from.len() && to.capacity() < from.len() {
+    if to.capacity() < from.len() {
         // Zeros from the system come page by page to the core that writes there first.
         *to = vec![U::default(); from.len()];
     }
     to.resize(from.len(), U::default());
-    update(to, |i, x| *x = of(from[i]));
-}
-
-/// Changes every item.
-pub fn update<T: Send>(items: &mut [T], change: impl Fn(usize, &mut T) + Sync + Send) {
-    let pieces = cut(items.len(), count(items.len() / 4));
-    if pieces.len() == 1 {
-        return items.iter_mut().enumerate().for_each(|(i, x)| change(i, x));
-    }
-    let mut rest = items;
+    let pieces = cut(from.len(), count(from.len() / 4));
+    let mut rest = &mut to[..];
     let lists = pieces.into_iter().map(|range| {
         let (list, after) = std::mem::take(&mut rest).split_at_mut(range.len());
         rest = after;
-        (range.start, list)
+        (&from[range], list)
     });
-    each(lists.collect(), |(first, list)| {
-        list.iter_mut().enumerate().for_each(|(i, x)| change(first + i, x));
-    });
+    each(lists.collect(), |(from, to)| to.iter_mut().zip(from).for_each(|(to, &from)| *to = of(from)));
 }
 
 /// A rehearsal under way.

@@ -17,6 +17,7 @@ use super::Rules;
 use crate::mesh::NONE;
 use crate::scene::CornerRule;
 use crate::subdiv::index_map::{IndexMap, Slot};
+use crate::threads;
 
 /// The faces to refine.
 #[derive(Clone, Debug)]
@@ -44,7 +45,7 @@ impl Forest {
     fn new(map: &IndexMap) -> Self {
         Forest {
             level0: vec![false; map.faces(0) as usize],
-            root: vec![NONE; map.half_edges(0) as usize],
+            root: threads::collect(map.half_edges(0) as usize, |_| NONE),
             child: Vec::new(),
             by_level: vec![Vec::new()],
         }

@@ -69,7 +69,7 @@ fn split<T>(mut all: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut
 fn rules(level: &Level, points: &Points, runs: &[Run], corners: CornerRule, next: &mut Level) {
     // Edits of the next level add tints; a copy of everything for the first of them would be a waste.
     next.value.reserve_exact(points.count as usize + points.count as usize / 4 + 64);
-    next.value.resize(points.count as usize, Value::default());
+    threads::append(&mut next.value, points.count as usize, |_| Value::default());
     next.bits.resize(points.count as usize, 0);
     let (vertices, values) = next.value.split_at_mut(points.first_edge as usize);
     let (edges, faces) = values.split_at_mut((points.first_face - points.first_edge) as usize);

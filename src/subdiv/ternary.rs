@@ -10,7 +10,6 @@ use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::scene::{CornerRule, Handle};
 use crate::threads;
 use glam::{DVec2, DVec4};
-use std::ops::Range;
 
 /// Makes M^0, white all over, without any edit. Time linear in the input's corners.
 ///
@@ -18,96 +17,122 @@ use std::ops::Range;
 pub fn ternary(mesh: &HalfEdgeMesh, corners: CornerRule, handles: &[Handle], face_points: &[Handle]) -> Level {
     let map = IndexMap::new(mesh);
     let s = mesh.half_edges();
-    let all = s + mesh.boundary_edges();
-    let n = 9 * s as usize;
+    let slots = 9 * s as usize;
 
-    let origin = threads::collect(n, |d| map.vertex(0, d as u64) as u32);
-    let twin = threads::collect(n, |d| map.twin(0, d as u64).map_or(NONE, |t| t as u32));
+    // The slots of a corner's two quads, then those of the shrunk faces.
+    let rows = |of: &(dyn Fn(u32) -> [u32; 8] + Sync), shrunk: &(dyn Fn(u32) -> u32 + Sync)| {
+        let mut rows = Vec::with_capacity(slots.div_ceil(8));
+        threads::append(&mut rows, s as usize, |h| of(h as u32));
+        let mut all = rows.into_flattened();
+        threads::append(&mut all, s as usize, |h| shrunk(h as u32));
+        all
+    };
+    let face_point = mesh.vertices() + s + mesh.boundary_edges();
+    let origin = rows(&|h| origins(mesh, h), &|h| face_point + h);
+    let twin = rows(&|h| twins(mesh, h), &|h| 8 * h + 6);
+    debug_assert!((0..slots as u64).all(|d| u64::from(origin[d as usize]) == map.vertex(0, d)));
+    debug_assert!((0..slots as u64).all(|d| map.twin(0, d).map_or(NONE, |t| t as u32) == twin[d as usize]));
 
-    let (position, bits) = points(mesh, corners, handles, face_points);
-    debug_assert_eq!(position.len() as u64, map.vertices(0));
-    debug_assert_eq!(position.len() as u32, mesh.vertices() + all + s);
+    let value = points(mesh, handles, face_points);
+    debug_assert_eq!(value.len() as u64, map.vertices(0));
+    let faces = map.faces(0) as usize;
     Level {
         level: 0,
-        face: (0..map.faces(0)).collect(),
-        inside: vec![true; map.faces(0) as usize],
+        face: threads::collect(faces, |f| f as u64),
+        inside: vec![true; faces],
         quads: 2 * s,
-        polygon_start: mesh.face_start.iter().map(|h| 8 * s + h).collect(),
-        polygon_face: mesh.face.iter().map(|f| 2 * s + f).collect(),
-        tint: origin.clone(),
+        polygon_start: threads::collect(mesh.face_start.len(), |f| 8 * s + mesh.face_start[f]),
+        polygon_face: threads::collect(s as usize, |h| 2 * s + mesh.face[h]),
+        tint: threads::collect(slots, |d| origin[d]),
         origin,
         twin,
         sharp: Vec::new(),
-        value: threads::collect(position.len(), |v| Value { p: position[v], c: DVec4::ONE }),
-        bits,
+        bits: bits(mesh, corners, value.len()),
+        value,
         child: Vec::new(),
     }
 }
 
-fn points(
-    mesh: &HalfEdgeMesh,
-    corners: CornerRule,
-    handles: &[Handle],
-    face_points: &[Handle],
-) -> (Vec<DVec2>, Vec<u8>) {
-    use vertex_bits::{BOUNDARY, CORNER, EXTRAORDINARY};
-    let s = mesh.half_edges();
-    let v = mesh.vertices() as usize;
-    let at = |v: u32| mesh.positions[v as usize];
-    let mut position = mesh.positions.clone();
-    let mut bits = Vec::with_capacity(v + 2 * s as usize + mesh.boundary_edges() as usize);
+/// Vertices that the slots `8 h` to `8 h + 7` leave ([`IndexMap::vertex`]).
+fn origins(mesh: &HalfEdgeMesh, h: u32) -> [u32; 8] {
+    let v = mesh.vertices();
+    let face_point = v + mesh.half_edges() + mesh.boundary_edges();
+    let (own, next) = (face_point + h, face_point + mesh.next(h));
+    let [back, twin] = [mesh.prev(h), h].map(|e| v + mesh.twin_number(e));
+    [mesh.origin[h as usize], v + h, own, back, v + h, twin, next, own]
+}
 
-    let (mut faces, mut boundary) = (vec![0u32; v], vec![false; v]);
-    for h in 0..s {
-        faces[mesh.origin[h as usize] as usize] += 1;
-        if mesh.twin[h as usize] == NONE {
-            boundary[mesh.origin[h as usize] as usize] = true;
-            boundary[mesh.target(h) as usize] = true;
-        }
-    }
-    for v in 0..v {
-        bits.push(match (boundary[v], faces[v]) {
-            (false, 4) => 0,
-            (false, _) => EXTRAORDINARY,
-            // A smooth corner is a boundary curve running through one face: no bicubic has that.
-            (true, 1) if corners == CornerRule::Smooth => BOUNDARY | CORNER | EXTRAORDINARY,
-            (true, 1) => BOUNDARY | CORNER,
-            (true, 2) => BOUNDARY,
-            (true, _) => BOUNDARY | EXTRAORDINARY,
-        });
-    }
-
-    let third = |a: u32, b: u32| (2.0 * at(a) + at(b)) / 3.0;
-    position.extend(threads::collect(s as usize, |h| third(mesh.origin[h], mesh.target(h as u32))));
-    bits.extend(mesh.twin.iter().map(|&t| if t == NONE { BOUNDARY } else { 0 }));
-    for rank in 0..mesh.boundary_edges() {
-        let h = mesh.boundary_twin(rank);
-        position.push(third(mesh.target(h), mesh.origin[h as usize]));
-        bits.push(BOUNDARY);
-    }
-    let face_points_of = |faces: Range<usize>| {
-        let mut points = Vec::with_capacity((mesh.face_start[faces.end] - mesh.face_start[faces.start]) as usize);
-        for f in faces {
-            let (a, b) = (mesh.face_start[f], mesh.face_start[f + 1]);
-            let centre = (a..b).map(|h| at(mesh.origin[h as usize])).sum::<DVec2>() / f64::from(b - a);
-            for h in a..b {
-                let (v0, v1, v2) =
-                    (at(mesh.origin[h as usize]), at(mesh.target(h)), at(mesh.origin[mesh.prev(h) as usize]));
-                points.push((3.0 * v0 + v1 + v2 + 4.0 * centre) / 9.0);
-            }
-        }
-        points
+/// Their twins ([`IndexMap::twin`]).
+fn twins(mesh: &HalfEdgeMesh, h: u32) -> [u32; 8] {
+    let (next, prev) = (mesh.next(h), mesh.prev(h));
+    let across = |h: u32, of: fn(&HalfEdgeMesh, u32) -> u32| match mesh.twin[h as usize] {
+        NONE => NONE,
+        t => of(mesh, t),
     };
-    for points in threads::each(threads::pieces(mesh.faces() as usize), face_points_of) {
-        position.extend_from_slice(&points);
+    [
+        across(h, |mesh, t| 8 * mesh.next(t) + 3),
+        8 * h + 7,
+        8 * prev + 5,
+        across(prev, |_, t| 8 * t),
+        across(h, |_, t| 8 * t + 4),
+        8 * next + 2,
+        8 * mesh.half_edges() + h,
+        8 * h + 1,
+    ]
+}
+
+/// Input vertices, edge points, those of boundary half-edges, face points; all white.
+fn points(mesh: &HalfEdgeMesh, handles: &[Handle], face_points: &[Handle]) -> Vec<Value> {
+    let (v, s) = (mesh.vertices() as usize, mesh.half_edges() as usize);
+    let face_point = v + s + mesh.boundary_edges() as usize;
+    let at = |v: u32| mesh.positions[v as usize];
+    let third = |a: u32, b: u32| (2.0 * at(a) + at(b)) / 3.0;
+    let centre = threads::collect(mesh.faces() as usize, |f| {
+        let (a, b) = (mesh.face_start[f], mesh.face_start[f + 1]);
+        (a..b).map(|h| at(mesh.origin[h as usize])).sum::<DVec2>() / f64::from(b - a)
+    });
+    let mut value = Vec::with_capacity(face_point + s);
+    let white = |p: DVec2| Value { p, c: DVec4::ONE };
+    threads::append(&mut value, v, |v| white(mesh.positions[v]));
+    threads::append(&mut value, s, |h| white(third(mesh.origin[h], mesh.target(h as u32))));
+    value.extend((0..mesh.boundary_edges()).map(|rank| {
+        let h = mesh.boundary_twin(rank);
+        white(third(mesh.target(h), mesh.origin[h as usize]))
+    }));
+    threads::append(&mut value, s, |h| {
+        let [v0, v1, v2] = [h as u32, mesh.next(h as u32), mesh.prev(h as u32)].map(|h| at(mesh.origin[h as usize]));
+        white((3.0 * v0 + v1 + v2 + 4.0 * centre[mesh.face[h] as usize]) / 9.0)
+    });
+    for (handles, first) in [(handles, v), (face_points, face_point)] {
+        handles.iter().for_each(|handle| value[first + handle.half_edge as usize].p = handle.at);
     }
-    bits.resize(position.len(), 0);
-    let face_point = v + (s + mesh.boundary_edges()) as usize;
-    for handle in handles {
-        position[v + handle.half_edge as usize] = handle.at;
+    value
+}
+
+/// [`vertex_bits`] of all `points`.
+fn bits(mesh: &HalfEdgeMesh, corners: CornerRule, points: usize) -> Vec<u8> {
+    use vertex_bits::{BOUNDARY, CORNER, EXTRAORDINARY};
+    // Faces around each vertex, doubled, and whether it lies on the boundary.
+    let mut around = vec![0u32; mesh.vertices() as usize];
+    for h in 0..mesh.half_edges() {
+        around[mesh.origin[h as usize] as usize] += 2;
+        if mesh.twin[h as usize] == NONE {
+            around[mesh.origin[h as usize] as usize] |= 1;
+            around[mesh.target(h) as usize] |= 1;
+        }
     }
-    for handle in face_points {
-        position[face_point + handle.half_edge as usize] = handle.at;
-    }
-    (position, bits)
+    let mut bits = Vec::with_capacity(points);
+    bits.extend(around.into_iter().map(|around| match (around & 1 == 1, around >> 1) {
+        (false, 4) => 0,
+        (false, _) => EXTRAORDINARY,
+        // A smooth corner is a boundary curve running through one face: no bicubic has that.
+        (true, 1) if corners == CornerRule::Smooth => BOUNDARY | CORNER | EXTRAORDINARY,
+        (true, 1) => BOUNDARY | CORNER,
+        (true, 2) => BOUNDARY,
+        (true, _) => BOUNDARY | EXTRAORDINARY,
+    }));
+    bits.extend(mesh.twin.iter().map(|&t| if t == NONE { BOUNDARY } else { 0 }));
+    bits.resize(bits.len() + mesh.boundary_edges() as usize, BOUNDARY);
+    bits.resize(points, 0);
+    bits
 }

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 impl<'a> Account<'a> {
     /// Nothing made yet. `fates` are those of the level's faces.
     pub fn new(level: &'a Level, fates: &'a [u8], style: Style) -> Self {
-        let nothing = |n: usize| (0..n).map(|_| AtomicU32::new(NONE)).collect();
+        let nothing = |n: usize| threads::collect(n, |_| AtomicU32::new(NONE));
         Account {
             level,
             fates,

@@ -31,9 +31,7 @@ pub(super) fn connect(
     next.quads = children as u32;
     next.face = vec![0; children];
     next.inside = vec![false; children];
-    next.origin = vec![0; 4 * children];
-    next.twin = vec![0; 4 * children];
-    next.tint = vec![0; 4 * children];
+    [next.origin, next.twin, next.tint] = [(); 3].map(|()| threads::collect(4 * children, |_| 0));
     next.sharp = vec![false; if sharp { 4 * children } else { 0 }];
     let four = || of_run().map(|n| 4 * n);
     let mut lists = [&mut next.origin, &mut next.twin, &mut next.tint].map(|list| split(list, four()).into_iter());

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
 /// Corners of wanted faces. Cores mark at the same time, with the same mark.
 pub(super) fn touched_vertices(level: &Level, wanted: &[bool], runs: &[Run]) -> Vec<AtomicBool> {
-    let touched: Vec<AtomicBool> = (0..level.vertices()).map(|_| AtomicBool::new(false)).collect();
+    let touched: Vec<AtomicBool> = threads::collect(level.vertices(), |_| AtomicBool::new(false));
     let mark = |v: &u32| touched[*v as usize].store(true, Relaxed);
     threads::each(runs.iter().collect(), |run| {
         let quads = run.faces.start.min(level.quads) as usize..run.faces.end.min(level.quads) as usize;
@@ -52,13 +52,9 @@ pub(super) struct Points {
 pub(super) fn number(level: &mut Level, touched: &[AtomicBool], runs: &[Run]) -> Points {
     let (vertex, first_edge, extraordinary) = number_vertices(level, touched);
     let several = runs.len() > 1;
-    let spoke: Vec<AtomicU32> =
-        if several { (0..level.vertices()).map(|_| AtomicU32::new(NONE)).collect() } else { Vec::new() };
-    let mut child = std::mem::take(&mut level.child);
-    child.clear();
-    child.resize(level.half_edges(), NONE);
-    let mut edge = vec![NONE; level.half_edges()];
-    let mut face = vec![NONE; level.faces()];
+    let spoke: Vec<AtomicU32> = threads::collect(if several { level.vertices() } else { 0 }, |_| AtomicU32::new(NONE));
+    let none = |n: usize| threads::collect(n, |_| NONE);
+    let (mut child, mut edge, mut face) = (none(level.half_edges()), none(level.half_edges()), none(level.faces()));
 
     // Numbers within each run first; only the first run knows where its edge points begin.
     let lengths = || runs.iter().map(|r| r.half_edges.len());
@@ -110,7 +106,7 @@ fn number_vertices(level: &Level, touched: &[AtomicBool]) -> (Vec<u32>, u32, boo
     let kept = |range: &Range<usize>| touched[range.clone()].iter().filter(|t| t.load(Relaxed)).count() as u32;
     // The first piece is numbered without looking ahead.
     let counts = threads::each(pieces[..pieces.len() - 1].iter().collect(), kept);
-    let mut vertex = vec![NONE; level.vertices()];
+    let mut vertex = threads::collect(level.vertices(), |_| NONE);
     let mut first = 0;
     let firsts: Vec<u32> = std::iter::once(0)
         .chain(counts.into_iter().map(|n| {
