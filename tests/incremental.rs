@@ -232,6 +232,29 @@ fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
 }
 
 #[test]
+fn an_edit_that_does_not_fit_leaves_all_as_it_was() {
+    let mesh = gradtess::scene::shapes::builtin("grid:4x4").unwrap();
+    let scene = Scene { mesh, ..Scene::default() };
+    let (options, irregular) = (Options::default(), Irregular::Gregory);
+    let mut state = State::new(scene, options, irregular).unwrap();
+    let edit = |level, half_edge| GeometryEdit { level, half_edge, vertex: None, a: 0.1, b: 0.2, frame: Frame::Sector };
+    let with = |scene: &Scene, edit| Scene { geometry: [&scene.geometry[..], &[edit]].concat(), ..scene.clone() };
+    for (i, level) in [(40, 2), (200, 1), (3000, 3)] {
+        let outcome = state.set(with(&state.scene, edit(level, i))).unwrap();
+        assert!(matches!(outcome, Outcome::Local(ref touched) if touched.came > 0), "{outcome:?}");
+        // Levels and table stand in an order of their own now, and stay usable after an error.
+        assert!(state.set(with(&state.scene, edit(2, 1 << 40))).is_err());
+        let colour = ColourEdit { level: 1, half_edge: 1 << 40, colour: DVec4::ONE };
+        assert!(state.set(Scene { colours: vec![colour], ..state.scene.clone() }).is_err());
+        assert_equal(&state, options, irregular, "after errors");
+    }
+    let mut moved = state.scene.clone();
+    moved.mesh.positions[5] += DVec2::splat(0.05);
+    assert!(matches!(state.set(moved).unwrap(), Outcome::Local(_)));
+    assert_equal(&state, options, irregular, "a drag after that");
+}
+
+#[test]
 fn the_device_has_what_the_host_has_after_partial_uploads() {
     gpu_support::with_gpu(|gpu| {
         let (partial, parts, bytes) = (Cell::new(0), Cell::new(0), Cell::new([0u64; 2]));

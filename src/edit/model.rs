@@ -2,7 +2,7 @@
 
 use super::place::{exact_limit, finest, limit_in};
 use super::EditError;
-use crate::incremental::{delta, follow, Changed, Index, Kept, ValueEdit};
+use crate::incremental::{delta, fits, follow, Changed, Index, Kept, ValueEdit};
 use crate::mesh::{self, HalfEdgeMesh, ShapeNote};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
@@ -101,7 +101,7 @@ impl Model {
         if self.index.as_ref().is_some_and(|index| index.is_fragmented(&self.table)) {
             return false;
         }
-        let Some(delta) = delta(&self.scene, scene) else { return false };
+        let Some(delta) = delta(&self.scene, scene).filter(|delta| fits(delta, &self.mesh)) else { return false };
         let Model { scene: own, mesh, refinement, table, .. } = self;
         let index = self.index.get_or_insert_with(|| Index::new(own, mesh, refinement, table));
         let mode = Mode::Adaptive { isolate: 0 };

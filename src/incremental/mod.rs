@@ -39,7 +39,7 @@ use crate::patch::points::Irregular;
 use crate::patch::PatchTable;
 use crate::refine::edits::{resolve_move, resolve_paint, EditError, Move, Paint};
 use crate::refine::{refine, Mode, Options, RefineError, Refinement, Rules};
-use crate::scene::{ColourEdit, GeometryEdit, Scene};
+use crate::scene::{ColourEdit, GeometryEdit, Handle, Scene};
 use crate::subdiv::index_map::IndexMap;
 use glam::{DVec2, DVec4};
 use std::ops::Range;
@@ -196,26 +196,36 @@ pub fn update(index: &mut Index, kept: &mut Kept, edits: &[ValueEdit]) -> Option
     Some(touched)
 }
 
-/// Follows edits that come and go, and value edits, in place. `None`: that cannot be done; then either nothing was changed
-/// because an edit does not fit the mesh, or scene and mesh have the edits and everything else must be made anew, the index
-/// too.
+/// Whether all that comes fits the mesh.
+pub fn fits(delta: &Delta, mesh: &HalfEdgeMesh) -> bool {
+    let placed = |splice: &Splice<Handle>, in_face| {
+        splice.added.iter().all(|handle| index::point_of(mesh, handle, in_face).is_some())
+    };
+    resolved(&delta.geometry, mesh).is_ok()
+        && resolved_paints(&delta.colours, mesh).is_ok()
+        && placed(&delta.handles, false)
+        && placed(&delta.face_points, true)
+}
+
+/// Follows edits that come and go, and value edits, in place. `None`: that cannot be done; scene and mesh have the edits
+/// then, and everything else must be made anew, the index too.
 ///
 /// # Panics
-/// If an index is out of range.
+/// If an index is out of range, or an edit does not fit the mesh ([`fits`]).
 pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touched> {
     if delta.is_values() {
         return update(index, kept, &delta.values);
     }
     let start = Instant::now();
     let Splice { at, removed, added } = &delta.geometry;
-    let new = resolved(&delta.geometry, kept.mesh).ok()?;
-    let new_paints = resolved_paints(&delta.colours, kept.mesh).ok()?;
+    let new = resolved(&delta.geometry, kept.mesh).expect("it fits the mesh");
+    let new_paints = resolved_paints(&delta.colours, kept.mesh).expect("it fits the mesh");
     let handles = [(&delta.handles, &kept.scene.handles, false), (&delta.face_points, &kept.scene.face_points, true)];
     let mut news = spread::News::default();
     for (splice, list, in_face) in handles {
         let handles = list[splice.at..splice.at + splice.removed].iter().chain(&splice.added);
         for handle in handles {
-            news.points.push(index::point_of(kept.mesh, handle, in_face)?);
+            news.points.push(index::point_of(kept.mesh, handle, in_face).expect("it fits the mesh"));
         }
     }
     let planned = kept.mode == Mode::Adaptive { isolate: 0 } && kept.refinement.rules == Rules::Gradtess;
@@ -380,7 +390,8 @@ impl State {
     /// # Errors
     /// As [`State::new`]; the state is then as it was.
     pub fn set(&mut self, scene: Scene) -> Result<Outcome, IncrementalError> {
-        if let Some(touched) = delta(&self.scene, &scene).and_then(|delta| self.follow(&delta)) {
+        let fitting = delta(&self.scene, &scene).filter(|delta| fits(delta, &self.mesh));
+        if let Some(touched) = fitting.and_then(|delta| self.follow(&delta)) {
             // What edits do not see: names, lines, the picture below.
             self.scene = scene;
             return Ok(Outcome::Local(touched));
