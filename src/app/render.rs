@@ -97,7 +97,7 @@ impl Renderer {
             self.drawn = None;
             match &mut self.table {
                 Some(table) => match changed {
-                    Some(changed) if changed.indices.is_empty() => {
+                    Some(changed) if changed.indices.is_empty() && table.ranges() == of.ranges => {
                         self.gpu.update_points(table, of, &changed.control)?;
                     }
                     Some(changed) => {

@@ -23,6 +23,17 @@ pub struct Target {
     pub view: Option<[f64; 4]>,
 }
 
+impl Target {
+    /// Whether a side inside a box of this size, model units, may want more segments than a device has.
+    pub fn may_be_cut(&self, size: DVec2) -> bool {
+        match self.rule {
+            TessRule::Fixed(t) | TessRule::Base(t) => f64::from(t) > f64::from(MOST),
+            // A control polygon has three legs.
+            TessRule::Pixels(p) => 3.0 * (size * DVec2::from(self.scale)).length() > f64::from(MOST) * f64::from(p),
+        }
+    }
+}
+
 impl Default for Target {
     fn default() -> Target {
         Target { rule: TessRule::Fixed(16.0), scale: [1.0, 1.0], view: None }

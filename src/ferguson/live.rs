@@ -115,6 +115,32 @@ impl LiveTable {
         &self.table
     }
 
+    /// Follows a view: another target for the same mesh. `large` are the patches that may be seen and
+    /// [`Target::may_be_cut`] says may be cut. Only patches with T-sections have other control points then, and those only
+    /// where the scale is another; the whole table is made anew where patches are virtually subdivided, before or now.
+    pub fn retarget(&mut self, mesh: &Mesh, target: Target, large: &[u32]) -> Update {
+        let old = std::mem::replace(&mut self.target, target);
+        let finer = (old.rule, old.scale) != (target.rule, target.scale);
+        let has_sections = |p: &u32| mesh.patch(*p).sides.iter().any(|side| mesh.has_sections(side.curve));
+        let stitched: Vec<u32> = if finer { mesh.live().filter(has_sections).collect() } else { Vec::new() };
+        let cut = |p: &u32| mesh.has_to_be_cut(*p, &target).is_some();
+        if self.layers.is_empty() || large.iter().any(cut) || stitched.iter().any(cut) {
+            *self = LiveTable::new(mesh, target);
+            return Update { whole: true, ..Update::default() };
+        }
+        let mut update = Update { examined: large.len() + stitched.len(), ..Update::default() };
+        let mut slots = BTreeSet::new();
+        for p in stitched {
+            let slot = self.slot_of[p as usize];
+            if self.write(mesh, p, slot) {
+                slots.insert(slot);
+                update.patches.push(p);
+            }
+        }
+        update.control = runs(slots);
+        update
+    }
+
     /// Follows an edit of the mesh that may have changed the patches `touched` ([`Journal::touched`]). The time depends on
     /// those alone, unless patches are virtually subdivided, or a component has outgrown its room.
     pub fn update(&mut self, mesh: &Mesh, touched: &BTreeSet<u32>) -> Update {
@@ -128,13 +154,7 @@ impl LiveTable {
             *self = LiveTable::new(mesh, self.target);
             return Update { patches, control: Vec::new(), whole: true, ..update };
         }
-        for slot in slots {
-            let range = SLOT * slot as usize..SLOT * (slot as usize + 1);
-            match update.control.last_mut().filter(|last| last.end == range.start) {
-                Some(last) => last.end = range.end,
-                None => update.control.push(range),
-            }
-        }
+        update.control = runs(slots);
         update
     }
 
@@ -209,6 +229,19 @@ impl LiveTable {
         old.copy_from_slice(&new);
         changed
     }
+}
+
+/// The control points of slots, neighbours together.
+fn runs(slots: BTreeSet<u32>) -> Vec<Range<usize>> {
+    let mut all: Vec<Range<usize>> = Vec::new();
+    for slot in slots {
+        let range = SLOT * slot as usize..SLOT * (slot as usize + 1);
+        match all.last_mut().filter(|last| last.end == range.start) {
+            Some(last) => last.end = range.end,
+            None => all.push(range),
+        }
+    }
+    all
 }
 
 #[cfg(test)]
@@ -320,6 +353,57 @@ mod tests {
         let mut mesh = Mesh::from_quads(&points, &all, &[]).unwrap();
         mesh.take_journal();
         mesh
+    }
+
+    /// Views of all sizes: whatever is skipped would have come out the same.
+    #[test]
+    fn the_table_follows_views_and_only_sections_change() {
+        let mut mesh = grid(6);
+        for p in [7, 8, 14, 21] {
+            mesh.split(p, Axis::U, 0.25).unwrap();
+            mesh.split(p, Axis::V, 0.5).unwrap();
+        }
+        mesh.take_journal();
+        let rule = crate::patch::tess::TessRule::Pixels(5.0);
+        let target = |scale: f64, x: f64| Target {
+            rule,
+            scale: [scale; 2],
+            view: Some([x, x, x + 600.0 / scale, x + 600.0 / scale]),
+        };
+        let mut live = LiveTable::new(&mesh, target(300.0, 0.0));
+        let mut random = crate::timing::random::Random::new(8);
+        let (mut whole, mut still, mut few) = (0, 0, 0);
+        for _ in 0..150 {
+            let scale = [200.0, 300.0, 400.0, 500.0, 4000.0][(random.unit() * 5.0) as usize];
+            let next = target(scale, random.unit());
+            // All patches may be seen as far as this list goes: a longer one changes nothing.
+            let size = |p: &u32| {
+                let net = mesh.geometry(*p);
+                net.into_iter().reduce(DVec2::max).unwrap() - net.into_iter().reduce(DVec2::min).unwrap()
+            };
+            let large: Vec<u32> = mesh.live().filter(|p| next.may_be_cut(size(p))).collect();
+            let before = live.table.control.clone();
+            let update = live.retarget(&mesh, next, &large);
+            let fresh = LiveTable::new(&mesh, next);
+            assert_eq!(
+                (live.layers.is_empty(), live.table.ranges.len()),
+                (fresh.layers.is_empty(), fresh.table.ranges.len())
+            );
+            if live.layers.is_empty() {
+                assert!(update.whole && live.table.control == fresh.table.control);
+                whole += 1;
+                continue;
+            }
+            sound(&live, &mesh);
+            if !update.whole {
+                let changed: Vec<usize> = (0..before.len()).filter(|&i| before[i] != live.table.control[i]).collect();
+                assert!(changed.iter().all(|i| update.control.iter().any(|run| run.contains(i))));
+                still += usize::from(changed.is_empty());
+                few += usize::from(!changed.is_empty());
+                assert!(update.patches.len() < 30);
+            }
+        }
+        assert!(whole > 10 && still > 5 && few > 20, "{whole} {still} {few}");
     }
 
     #[test]

@@ -15,7 +15,7 @@ pub mod pick;
 
 use crate::ferguson::fit::Target;
 use crate::ferguson::inherit::Continuity;
-use crate::ferguson::live::LiveTable;
+use crate::ferguson::live::{LiveTable, Update};
 use crate::ferguson::mesh::{HalfEdge, Journal};
 use crate::ferguson::split::Axis;
 use crate::ferguson::{FergusonError, Mesh};
@@ -27,7 +27,11 @@ use glam::{DVec2, DVec4};
 use journal::Keeper;
 use pick::{Boxes, Pick};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
+use std::ops::Range;
+
+/// Revisions whose changes are known: a step of a drag takes several back and does them anew.
+const REMEMBERED: usize = 256;
 
 /// What a step does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,8 +95,8 @@ pub struct Gradient {
     saved_at: Option<usize>,
     live: LiveTable,
     target: Target,
-    // Control points that the last revision changed; `None`: the whole table.
-    changed: Option<Vec<u32>>,
+    // Control points that the last revisions changed; `None`: the whole table.
+    changed: VecDeque<Option<Vec<Range<usize>>>>,
     keeper: Keeper,
 }
 
@@ -133,20 +137,21 @@ impl Gradient {
             watch: Watch::default(),
             saved_at: Some(0),
             target,
-            changed: None,
+            changed: VecDeque::new(),
             keeper,
         }
     }
 
-    /// The patches as a view of `unit` scene units a pixel needs them; made anew when the view is another.
+    /// The patches as a view of `unit` scene units a pixel needs them: of another view, those with T-sections, or all where
+    /// some have to be virtually subdivided.
     pub fn look(&mut self, rule: TessRule, unit: f64, seen: [f64; 4]) {
         let rule = if let TessRule::Base(_) = rule { TessRule::Pixels(6.0) } else { rule };
         let target = Target { rule, scale: [1.0 / unit; 2], view: Some(seen) };
         if target != self.target {
             self.target = target;
-            self.live = LiveTable::new(&self.mesh, target);
-            self.revision += 1;
-            self.changed = None;
+            let large = self.boxes.large(seen, |size| target.may_be_cut(size));
+            let update = self.live.retarget(&self.mesh, target, &large);
+            self.take(update);
         }
     }
 
@@ -157,18 +162,27 @@ impl Gradient {
 
     /// What of the table changed since a revision; `None`: all.
     pub fn changed_since(&self, revision: u64) -> Option<Changed> {
-        let control = if revision + 1 == self.revision { self.changed.clone() } else { None };
-        control.map(|control| Changed { control, indices: Vec::new() })
+        let steps = usize::try_from(self.revision.checked_sub(revision)?).ok()?;
+        let skipped = self.changed.len().checked_sub(steps)?;
+        let mut all = BTreeSet::new();
+        for changed in self.changed.iter().skip(skipped) {
+            all.extend(changed.as_ref()?.iter().cloned().flatten());
+        }
+        Some(Changed { control: all.into_iter().map(|i| i as u32).collect(), indices: Vec::new() })
     }
 
     fn follow(&mut self, touched: &BTreeSet<u32>) {
-        let counts = |table: &PatchTable| table.ranges.iter().map(|r| r.count).collect::<Vec<_>>();
-        let before = counts(self.live.table());
         let update = self.live.update(&self.mesh, touched);
-        let whole = update.whole || counts(self.live.table()) != before;
-        self.changed = (!whole).then(|| update.control.into_iter().flatten().map(|i| i as u32).collect());
-        self.revision += 1;
+        self.take(update);
         self.boxes.follow(&self.mesh, touched);
+    }
+
+    fn take(&mut self, update: Update) {
+        if self.changed.len() == REMEMBERED {
+            self.changed.pop_front();
+        }
+        self.changed.push_back((!update.whole).then_some(update.control));
+        self.revision += 1;
     }
 
     fn apply(&mut self, op: Op, continuity: Continuity) -> Result<Step, FergusonError> {

@@ -49,6 +49,12 @@ impl Boxes {
         (low.x <= high.x).then_some([low.x, low.y, high.x, high.y])
     }
 
+    /// Patches whose boxes meet a rectangle x0, y0, x1, y1 and are as large as `large` says.
+    pub(super) fn large(&self, [x0, y0, x1, y1]: [f64; 4], large: impl Fn(DVec2) -> bool) -> Vec<u32> {
+        let met = self.meeting(DVec2::new(x0, y0), DVec2::new(x1, y1));
+        met.filter(|&p| large(self.0[p as usize][1] - self.0[p as usize][0])).collect()
+    }
+
     /// Patches whose boxes meet a rectangle, ascending.
     fn meeting(&self, low: DVec2, high: DVec2) -> impl Iterator<Item = u32> + '_ {
         let meets = move |b: &[DVec2; 2]| b[0].x <= high.x && b[0].y <= high.y && low.x <= b[1].x && low.y <= b[1].y;
@@ -272,23 +278,39 @@ mod tests {
             took("split");
             let pick = g.at(middle, 1e-9).unwrap();
             took("pick");
+            let drawn = g.revision;
             for k in 1..=10 {
                 assert!(!g.drag(pick, middle + DVec2::splat(0.01 * f64::from(k) * cell), Some(1e-9)).unwrap());
             }
             took("ten steps of a drag with fold tests");
-            all.extend([sent(&g), Some(g.gesture.as_ref().unwrap().touched.len())]);
+            all.extend([
+                g.changed_since(drawn).map(|changed| changed.control.len()),
+                Some(g.gesture.as_ref().unwrap().touched.len()),
+            ]);
             g.commit();
             g.step(false);
             all.push(sent(&g));
             took("undo");
-            counts.push(all);
-            g.look(crate::patch::tess::TessRule::Pixels(6.0), 0.001, [0.0, 0.0, 0.9, 0.9]);
+            let rule = crate::patch::tess::TessRule::Pixels(6.0);
+            g.look(rule, 0.02 * cell, [0.0, 0.0, 0.9, 0.9]);
+            took("a first view");
+            g.look(rule, 0.02 * cell, [0.1, 0.0, 1.0, 0.9]);
+            all.push(sent(&g));
             took("another view");
+            g.look(rule, 0.03 * cell, [0.1, 0.0, 1.0, 0.9]);
+            all.push(sent(&g));
+            took("a smaller one");
+            counts.push(all);
+            g.look(rule, 0.002 * cell, [0.5, 0.5, 0.5 + cell, 0.5 + cell]);
+            took("so near that patches are cut");
+            g.drag(pick, middle + DVec2::splat(0.02 * cell), Some(1e-9)).unwrap();
+            took("a step of a drag there");
         }
         assert_eq!(counts[0], counts[1]);
-        // A split sends all ranges anew, a drag the points of six patches: four around the point, of which one is halved, and
-        // the one below that has the T-section.
-        println!("{counts:?}");
+        // Of 32 points each: both halves and the neighbours that have a T-section now; the patches around the point, one of
+        // which was halved, and no more were looked at; again; none for a view that moves, those with T-sections for one of
+        // another scale.
+        assert_eq!(counts[1], [128, 160, 5, 160, 0, 128].map(Some));
     }
 
     #[test]
