@@ -108,9 +108,15 @@ impl SolidTable {
 
     /// Adds a vertex and returns its number.
     pub fn vertex(&mut self, position: DVec3, weight: f64, vector: DVec3) -> u32 {
-        let (p, v) = ((position - self.centre).as_vec3(), vector.as_vec3());
-        self.vertices.push([p.x, p.y, p.z, weight as f32, v.x, v.y, v.z, 0.0]);
+        self.vertices.push(SolidTable::packed(self.centre, position, weight, vector));
         self.vertices.len() as u32 - 1
+    }
+
+    /// A vertex of a table with that centre.
+    #[inline]
+    pub fn packed(centre: DVec3, position: DVec3, weight: f64, vector: DVec3) -> [f32; 8] {
+        let (p, v) = ((position - centre).as_vec3(), vector.as_vec3());
+        [p.x, p.y, p.z, weight as f32, v.x, v.y, v.z, 0.0]
     }
 
     /// Adds a part of all indices that no part has yet.

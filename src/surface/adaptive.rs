@@ -17,7 +17,7 @@ use super::normal::{given_normals, merged, mesh_normals, ControlNormals};
 use super::part::{around, step, touching, vertices_of};
 use super::region::Wedges;
 use super::shade::Settings;
-use super::stencil::{refine_values, region_ends};
+use super::stencil::{refine_values, refine_wedge_values, region_ends};
 use super::weight::{roles, set, Initial, Role, Variant};
 use crate::mesh::NONE;
 use glam::DVec3;
@@ -100,6 +100,7 @@ pub fn subdivide(control: &Level, given: &[DVec3], settings: &Settings, depth: D
         let live = Wedges::live(&level);
         normal = if k < normals_start { vec![DVec3::ZERO; live.len()] } else { merged(&drawn, &live, &normal) };
         level.border = level.sharpness.iter().map(|&s| s > 0.0).collect();
+        level.border_edges = level.sharp_edges.clone();
         let now = roles(&level, settings.rules.darts);
         if k >= weights_start {
             let fresh = |v: usize| k == weights_start || was_sharp.get(v).is_some_and(|&was| was && !now[v].sharp);
@@ -140,7 +141,7 @@ pub fn subdivide(control: &Level, given: &[DVec3], settings: &Settings, depth: D
         let next_normal = if k < normals_start {
             vec![DVec3::ZERO; next_drawn.len()]
         } else {
-            let mut n = refine_values(on, Some(&next_drawn), |h| at_corner[h as usize], |v| done.wanted[v]);
+            let mut n = refine_wedge_values(on, &next_drawn, |h| at_corner[h as usize], Some(&done.wanted));
             if k < depth.first {
                 for n in &mut n {
                     *n = n.normalize_or_zero();
@@ -151,7 +152,7 @@ pub fn subdivide(control: &Level, given: &[DVec3], settings: &Settings, depth: D
         let next_weight = if k < weights_start {
             vec![0.0; done.next.vertices()]
         } else {
-            refine_values(on, None, |h| at_vertex[on.origin[h as usize] as usize], |v| done.wanted[v])
+            refine_values(on, &at_vertex, Some(&done.wanted))
         };
         was_sharp = from.vertex.iter().map(|&v| now[v as usize].sharp).collect();
         name = match part.level.scheme {

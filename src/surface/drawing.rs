@@ -7,23 +7,36 @@ use super::shade::Shaded;
 use crate::camera::bounds;
 use crate::mesh::NONE;
 use crate::patch::solid::{Primitive, Segments, SolidTable};
+use crate::threads;
 use glam::DVec3;
 
 /// Indexed triangles of `level`: a vertex a wedge, so that vertices are repeated where they have several normals and
 /// nowhere else (ZBK23 section 5). `positions` are one a vertex, `normals` one a wedge.
 pub fn triangles(level: &Level, shaded: &Shaded, positions: &[DVec3], normals: &[DVec3]) -> SolidTable {
     let mut table = SolidTable::new(bounds(positions.iter().copied()).unwrap_or_default());
-    for (&first, &normal) in shaded.wedges.first.iter().zip(normals) {
-        let v = level.origin[first as usize] as usize;
-        table.vertex(positions[v], shaded.weight[v], normal);
-    }
-    for f in 0..level.faces() {
-        let face = level.of_face(f);
-        let wedge = |h: u32| shaded.wedges.of[h as usize];
-        for h in face.start + 1..face.end - 1 {
-            table.indices.extend([wedge(face.start), wedge(h), wedge(h + 1)]);
+    let centre = table.centre;
+    table.vertices = threads::collect(normals.len(), |w| {
+        let v = level.origin[shaded.wedges.first[w] as usize] as usize;
+        SolidTable::packed(centre, positions[v], shaded.weight[v], normals[w])
+    });
+    let of = &shaded.wedges.of;
+    table.indices = match level.sides {
+        3 => of.clone(),
+        4 => {
+            let cut = |f: usize| match of[4 * f..4 * f + 4] {
+                [a, b, c, d] => [a, b, c, a, c, d],
+                _ => unreachable!("four"),
+            };
+            threads::collect(level.faces(), cut).into_flattened()
         }
-    }
+        _ => {
+            let fan = |f: usize| {
+                let face = level.of_face(f);
+                (face.start + 1..face.end - 1).flat_map(move |h| [face.start, h, h + 1].map(|h| of[h as usize]))
+            };
+            (0..level.faces()).flat_map(fan).collect()
+        }
+    };
     table.part(Primitive::Triangles);
     table
 }

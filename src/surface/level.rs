@@ -48,6 +48,10 @@ pub struct Level {
     pub border: Vec<bool>,
     /// Sharp edges at each vertex, 255 for more.
     pub sharp_edges: Vec<u8>,
+    /// Borders at each vertex, 255 for more.
+    pub border_edges: Vec<u8>,
+    /// Faces at each vertex, 255 for more.
+    pub faces_at: Vec<u8>,
 }
 
 impl Level {
@@ -130,13 +134,19 @@ impl Level {
             }
         }
         level.border = level.sharpness.iter().map(|&s| s > 0.0).collect();
-        level.count_sharp_edges();
+        level.count();
         Ok(level)
     }
 
     /// Vertices.
     pub fn vertices(&self) -> usize {
         self.position.len()
+    }
+
+    /// Vertices of the next level.
+    pub fn vertices_after(&self) -> usize {
+        let faces = if self.scheme == Scheme::CatmullClark { self.faces() } else { 0 };
+        self.vertices() + faces + self.edges()
     }
 
     /// Edges.
@@ -158,6 +168,7 @@ impl Level {
     }
 
     /// Half-edges of face `f`.
+    #[inline]
     pub fn of_face(&self, f: usize) -> std::ops::Range<u32> {
         match self.sides {
             0 => self.face_start[f]..self.face_start[f + 1],
@@ -166,6 +177,7 @@ impl Level {
     }
 
     /// Face of half-edge `h`.
+    #[inline]
     pub fn face_of(&self, h: u32) -> usize {
         match self.sides {
             0 => self.face[h as usize] as usize,
@@ -174,7 +186,7 @@ impl Level {
     }
 
     /// Half-edge after `h` in its face.
-    #[inline]
+    #[inline(always)]
     pub fn next(&self, h: u32) -> u32 {
         match self.sides {
             4 => h & !3 | (h + 1) & 3,
@@ -191,7 +203,7 @@ impl Level {
     }
 
     /// Half-edge before `h` in its face.
-    #[inline]
+    #[inline(always)]
     pub fn prev(&self, h: u32) -> u32 {
         match self.sides {
             4 => h & !3 | (h + 3) & 3,
@@ -208,42 +220,80 @@ impl Level {
     }
 
     /// Vertex that `h` ends in.
+    #[inline]
     pub fn target(&self, h: u32) -> u32 {
         self.origin[self.next(h) as usize]
     }
 
     /// Whether the edge of `h` is sharp in the step from this level.
+    #[inline]
     pub fn is_sharp(&self, h: u32) -> bool {
         self.sharpness[self.edge[h as usize] as usize] > 0.0
     }
 
     /// Whether normals stop at the edge of `h` on this level.
+    #[inline]
     pub fn is_border(&self, h: u32) -> bool {
         self.border[self.edge[h as usize] as usize]
     }
 
     /// Sharpness of vertex `v` itself.
+    #[inline]
     pub fn corner_sharpness(&self, v: u32) -> f64 {
         self.corner.get(v as usize).copied().unwrap_or(0.0)
     }
 
     /// Whether `v` lies on the boundary.
+    #[inline]
     pub fn on_boundary(&self, v: u32) -> bool {
         self.twin[self.spoke[v as usize] as usize] == NONE
     }
 
     /// The half-edges that leave `v`, counter-clockwise from its spoke.
+    #[inline]
     pub fn fan(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
         let first = self.spoke[v as usize];
         std::iter::successors(Some(first), move |&h| self.spoke_after(h).filter(|&g| g != first))
     }
 
+    /// The fan of `v` where it is a whole one of four quads.
+    #[inline(always)]
+    pub fn cross(&self, v: u32) -> Option<[u32; 4]> {
+        if self.sides != 4 {
+            return None;
+        }
+        let after = |h: u32| self.twin[(h & !3 | (h + 3) & 3) as usize];
+        let first = self.spoke[v as usize];
+        let mut spokes = [first; 4];
+        for k in 1..4 {
+            spokes[k] = after(spokes[k - 1]);
+            if spokes[k] == NONE {
+                return None;
+            }
+        }
+        (after(spokes[3]) == first && spokes[2] != first).then_some(spokes)
+    }
+
+    /// The half-edge of each edge with the lower number, at whose origin the edge's own numbers begin.
+    pub fn lower(&self) -> Vec<u32> {
+        let mut lower = vec![NONE; self.edges()];
+        for (h, (&t, &e)) in self.twin.iter().zip(&self.edge).enumerate() {
+            // Without a twin, too.
+            if (h as u32) < t {
+                lower[e as usize] = h as u32;
+            }
+        }
+        lower
+    }
+
     /// The next half-edge counter-clockwise around the origin of `h`; `None` past the last face at a boundary.
+    #[inline(always)]
     pub fn spoke_after(&self, h: u32) -> Option<u32> {
         Some(self.twin[self.prev(h) as usize]).filter(|&t| t != NONE)
     }
 
     /// The next half-edge clockwise around the origin of `h`; `None` past the first face at a boundary.
+    #[inline]
     pub fn spoke_before(&self, h: u32) -> Option<u32> {
         match self.twin[h as usize] {
             NONE => None,
@@ -266,8 +316,15 @@ impl Level {
         }
     }
 
-    pub(super) fn count_sharp_edges(&mut self) {
+    /// Sharp edges, borders and faces at each vertex.
+    pub(super) fn count(&mut self) {
         self.sharp_edges = self.count_edges(&self.sharpness, |&s| s > 0.0);
+        self.border_edges = self.count_edges(&self.border, |&b| b);
+        self.faces_at = vec![0; self.vertices()];
+        for &v in &self.origin {
+            let n = &mut self.faces_at[v as usize];
+            *n = n.saturating_add(1);
+        }
     }
 
     /// Edges at each vertex of which `is` holds, 255 for more. `of`: one an edge.

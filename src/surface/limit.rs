@@ -8,6 +8,7 @@ use super::stencil::{loop_weight, region_ends, Value};
 use crate::subdiv::limit::across_weights;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
 
 /// How a vertex behaves from a level on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +46,11 @@ pub fn limit_value<T: Value>(
             None => at(h),
         },
         Shape::Smooth => {
+            if let (Scheme::CatmullClark, Some(fan)) = (level.scheme, level.cross(level.origin[h as usize])) {
+                let [a, b, c, d] = fan.map(|g| at(level.next(g)));
+                let [p, q, r, s] = fan.map(|g| at(g ^ 2));
+                return (at(h) * 16.0 + (a + b + c + d) * 4.0 + (p + q + r + s)) * (1.0 / 36.0);
+            }
             let (mut n, mut ring, mut inner) = (0.0, T::default(), T::default());
             for g in level.fan(level.origin[h as usize]) {
                 n += 1.0;
@@ -102,26 +108,36 @@ fn sector_normal(level: &Level, fan: impl Iterator<Item = u32>, p: impl Fn(u32) 
     sum.normalize_or_zero()
 }
 
+/// Cosine and sine of `i` of `n` parts of the full turn, `i` less than `n`.
+fn turn(i: usize, n: usize) -> [f64; 2] {
+    // What meshes have many of, computed once.
+    static FEW: LazyLock<[[[f64; 2]; 12]; 12]> =
+        LazyLock::new(|| std::array::from_fn(|n| std::array::from_fn(|i| part(i, n))));
+    fn part(i: usize, n: usize) -> [f64; 2] {
+        let (sin, cos) = (TAU * i as f64 / n as f64).sin_cos();
+        [cos, sin]
+    }
+    if n < 12 {
+        FEW[n][i]
+    } else {
+        part(i, n)
+    }
+}
+
+#[inline]
 fn smooth_tangents(level: &Level, h: u32, p: impl Fn(u32) -> DVec3) -> [DVec3; 2] {
     let v = level.origin[h as usize];
     let spoke = |g: u32| p(level.next(g));
     let opposite = |g: u32| p(level.next(level.next(g)));
+    if let (Scheme::CatmullClark, Some(fan)) = (level.scheme, level.cross(v)) {
+        // cos and sin are 0 and 1, the weight of spokes 4.
+        let [a, b, c, d] = fan.map(spoke);
+        let [ab, bc, cd, da] = fan.map(|g| p(g ^ 2));
+        return [(a - c) * 4.0 + (ab - bc - cd + da), (b - d) * 4.0 + (ab + bc - cd - da)];
+    }
     let n = level.fan(v).count();
     let mut tangents = [DVec3::ZERO; 2];
-    if n == 4 && level.scheme == Scheme::CatmullClark {
-        // cos and sin are 0 and 1, the weight of spokes 4.
-        let weights = [[4.0, 0.0, 1.0, 1.0], [0.0, 4.0, -1.0, 1.0], [-4.0, 0.0, -1.0, -1.0], [0.0, -4.0, 1.0, -1.0]];
-        for (g, [eu, ev, fu, fv]) in level.fan(v).zip(weights) {
-            let (e, f) = (spoke(g), opposite(g));
-            tangents[0] += e * eu + f * fu;
-            tangents[1] += e * ev + f * fv;
-        }
-        return tangents;
-    }
-    let turn = |i: usize| {
-        let (sin, cos) = (TAU * (i % n) as f64 / n as f64).sin_cos();
-        [cos, sin]
-    };
+    let turn = |i: usize| turn(i % n, n);
     let edge = match level.scheme {
         Scheme::Loop => 1.0,
         Scheme::CatmullClark => {

@@ -3,8 +3,10 @@
 use super::level::{Level, Scheme};
 use super::limit::{limit_normal, shape};
 use super::region::Wedges;
-use super::stencil::refine_values;
+use super::stencil::{refine_values, refine_wedge_values};
+use crate::threads;
 use glam::DVec3;
+use std::sync::OnceLock;
 
 /// Where the normals come from that subdivision starts with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,16 +47,16 @@ pub fn mesh_normals(level: &Level, wedges: &Wedges) -> Vec<DVec3> {
 /// after `level` and is used at level 0 of Catmull-Clark, where faces may be polygons.
 pub fn limit_normals(level: &Level, wedges: &Wedges, finer: Option<&Level>) -> Vec<DVec3> {
     let on = finer.unwrap_or(level);
-    let borders = on.count_edges(&on.border, |&b| b);
-    let fallback = std::cell::OnceCell::new();
-    let normal = |(w, &first): (usize, &u32)| {
+    let fallback = OnceLock::new();
+    let normal = |w: usize| {
+        let first = wedges.first[w];
         let h = match finer {
             Some(_) => super::refine::child_corner(level, first),
             None => first,
         };
         let v = on.origin[h as usize];
         let corner = level.corner_sharpness(v) > 0.0;
-        let normal = limit_normal(on, h, shape(borders[v as usize], corner), |g| on.is_border(g));
+        let normal = limit_normal(on, h, shape(on.border_edges[v as usize], corner), |g| on.is_border(g));
         // Folded or degenerate faces: whatever the mesh says.
         if normal == DVec3::ZERO {
             fallback.get_or_init(|| mesh_normals(level, wedges))[w]
@@ -62,7 +64,7 @@ pub fn limit_normals(level: &Level, wedges: &Wedges, finer: Option<&Level>) -> V
             normal
         }
     };
-    wedges.first.iter().enumerate().map(normal).collect()
+    threads::collect(wedges.len(), normal)
 }
 
 /// Control normals at the wedges of level 0: the mean of the normals `given` at the corners (one a half-edge, at its
@@ -102,21 +104,26 @@ pub fn merged(drawn: &Wedges, live: &Wedges, normals: &[DVec3]) -> Vec<DVec3> {
     sum.iter().zip(&parts).zip(&last).map(mean).collect()
 }
 
-/// N_S of the level after `level`, one a wedge of `next`, from `normals`, one a wedge of `drawn`. Linear stencils,
-/// normalised in every step (ZBK23 2.3). Only `wanted` vertices of the next level are computed; the others are zero.
+/// N_S of the level after `level`, one a wedge of `next`, from `normals`, one a wedge of `drawn`; no wedges: one a vertex.
+/// Linear stencils, normalised in every step (ZBK23 2.3). Only `wanted` vertices of the next level are computed; the others
+/// are zero.
 pub fn refine_normals(
     level: &Level,
-    drawn: &Wedges,
+    drawn: Option<&Wedges>,
     normals: &[DVec3],
-    next: &Wedges,
-    wanted: impl Fn(usize) -> bool,
+    next: Option<&Wedges>,
+    wanted: Option<&[bool]>,
 ) -> Vec<DVec3> {
-    let live = Wedges::live(level);
-    let at = merged(drawn, &live, normals);
-    let mut out = refine_values(level, Some(next), |h| at[live.of[h as usize] as usize], &wanted);
-    for n in &mut out {
-        *n = n.normalize_or_zero();
-    }
+    // Regions that the step keeps apart are regions of both levels.
+    let live = drawn.map(|_| Wedges::live(level));
+    let merged = drawn.zip(live.as_ref()).map(|(drawn, live)| merged(drawn, live, normals));
+    let at = merged.as_deref().unwrap_or(normals);
+    let mut out = match (next, &live) {
+        (None, _) => refine_values(level, at, wanted),
+        (Some(next), None) => refine_wedge_values(level, next, |h| at[level.origin[h as usize] as usize], wanted),
+        (Some(next), Some(live)) => refine_wedge_values(level, next, |h| at[live.of[h as usize] as usize], wanted),
+    };
+    threads::update(&mut out, |_, n| *n = n.normalize_or_zero());
     out
 }
 

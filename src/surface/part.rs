@@ -71,7 +71,7 @@ pub fn narrow<'a>(level: &'a Level, keep: &[bool]) -> Narrowed<'a> {
         part.corner = vertex.iter().map(|&v| level.corner_sharpness(v)).collect();
     }
     part.make_spokes();
-    part.count_sharp_edges();
+    part.count();
     Narrowed { level: Cow::Owned(part), half_edge, vertex, inside }
 }
 

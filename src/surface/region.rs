@@ -46,6 +46,13 @@ impl Wedges {
         wedges
     }
 
+    /// The wedges that a level is drawn with, unless every vertex has only one.
+    pub fn several(level: &Level) -> Option<Wedges> {
+        let mut borders = level.border_edges.iter().enumerate().filter(|(_, &n)| n > 1);
+        let several = borders.any(|(v, &n)| n > 2 || !level.on_boundary(v as u32));
+        several.then(|| Wedges::drawn(level))
+    }
+
     /// The wedges that a level is drawn with.
     pub fn drawn(level: &Level) -> Wedges {
         Wedges::new(level, &level.border, |&b| b)

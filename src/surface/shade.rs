@@ -6,6 +6,7 @@ use super::normal::{given_normals, limit_normals, mesh_normals, needed, refine_n
 use super::refine::{child_corner, refine};
 use super::region::Wedges;
 use super::weight::{control_weights, limit_weights, Rules};
+use crate::threads;
 use glam::DVec3;
 
 /// Which geometric normals N_L are.
@@ -97,7 +98,9 @@ pub fn shade(levels: &[Level], given: &[DVec3], settings: &Settings) -> Shaded {
 
     let wanted = (!settings.everywhere).then(|| weight.iter().map(|&w| w > 0.0).collect::<Vec<bool>>());
     let mut normals_computed = 0;
-    let subdivided = subdivided_normals(levels, given, settings, wanted.map(|w| (w, &mut normals_computed)));
+    let wanted = wanted.map(|w| (w, &mut normals_computed));
+    let several = (wedges.len() > last.vertices()).then_some(&wedges);
+    let subdivided = subdivided(levels, several, given, settings, wanted);
     let blend = |w: usize| {
         let b = weight[last.origin[wedges.first[w] as usize] as usize];
         let b = if settings.power == 1.0 { b } else { b.powf(settings.power) };
@@ -107,7 +110,7 @@ pub fn shade(levels: &[Level], given: &[DVec3], settings: &Settings) -> Shaded {
             (geometric[w] * (1.0 - b) + subdivided[w] * b).try_normalize().unwrap_or(geometric[w])
         }
     };
-    let blended = (0..wedges.len()).map(blend).collect();
+    let blended = threads::collect(wedges.len(), blend);
     Shaded { wedges, geometric, subdivided, blended, control_weight, weight, normals_computed }
 }
 
@@ -115,6 +118,18 @@ pub fn shade(levels: &[Level], given: &[DVec3], settings: &Settings) -> Shaded {
 /// all levels; none: all need it.
 pub fn subdivided_normals(
     levels: &[Level],
+    given: &[DVec3],
+    settings: &Settings,
+    wanted: Option<(Vec<bool>, &mut usize)>,
+) -> Vec<DVec3> {
+    let several = levels.last().and_then(Wedges::several);
+    subdivided(levels, several.as_ref(), given, settings, wanted)
+}
+
+/// `several`: wedges of the last level, if some vertex has more than one.
+fn subdivided(
+    levels: &[Level],
+    several: Option<&Wedges>,
     given: &[DVec3],
     settings: &Settings,
     wanted: Option<(Vec<bool>, &mut usize)>,
@@ -131,18 +146,20 @@ pub fn subdivided_normals(
         wanted.push(needed(level, &wanted[wanted.len() - 1]));
     }
     wanted.reverse();
-    let mut drawn = Wedges::drawn(&levels[start]);
+    let drawn = Wedges::drawn(&levels[start]);
     let mut normals = mesh_normals(&levels[start], &drawn);
     if start == 0 && settings.control == ControlNormals::Given && !given.is_empty() {
         normals = given_normals(&levels[0], &drawn, given, normals);
     }
-    for (level, wanted) in levels[start..n].iter().zip(&wanted[1..]) {
-        let after = Wedges::drawn(&levels[level.depth as usize + 1]);
-        normals = refine_normals(level, &drawn, &normals, &after, |v| wanted[v]);
+    let mut drawn = (drawn.len() > levels[start].vertices()).then_some(drawn);
+    for (k, wanted) in (start + 1..=n).zip(&wanted[1..]) {
+        let made = if k < n { Wedges::several(&levels[k]) } else { None };
+        let after = if k < n { made.as_ref() } else { several };
+        normals = refine_normals(&levels[k - 1], drawn.as_ref(), &normals, after, Some(wanted));
         if let Some(computed) = &mut computed {
             **computed += wanted.iter().filter(|&&w| w).count();
         }
-        drawn = after;
+        drawn = made;
     }
     normals
 }
@@ -159,5 +176,5 @@ pub fn limit_positions(level: &Level) -> Vec<DVec3> {
         let shape = shape(on.sharp_edges[v], on.corner_sharpness(v as u32) > 0.0);
         limit_value(on, h, shape, |g| on.is_sharp(g), |g| on.position[on.origin[g as usize] as usize])
     };
-    (0..level.vertices()).map(limit).collect()
+    threads::collect(level.vertices(), limit)
 }

@@ -5,14 +5,16 @@
 //! result.
 
 use super::level::{Level, Scheme};
-use super::refine::{child_corner, is_lower};
+use super::refine::{parent, Parent};
 use super::region::Wedges;
 use crate::mesh::NONE;
+use crate::threads;
 use glam::DVec3;
 use std::ops::{Add, Mul};
+use std::sync::LazyLock;
 
 /// What stencils combine.
-pub trait Value: Copy + Default + Add<Output = Self> + Mul<f64, Output = Self> {}
+pub trait Value: Copy + Default + Send + Sync + Add<Output = Self> + Mul<f64, Output = Self> {}
 
 impl Value for f64 {}
 impl Value for DVec3 {}
@@ -76,8 +78,17 @@ pub fn rules(level: &Level, v: u32) -> (Rule, Rule, f64) {
 
 /// Weight of each neighbour of a smooth vertex of valence `n` in Loop's scheme.
 pub fn loop_weight(n: f64) -> f64 {
-    let c = 0.375 + 0.25 * (std::f64::consts::TAU / n).cos();
-    (0.625 - c * c) / n
+    // What meshes have many of, computed once.
+    static FEW: LazyLock<[f64; 16]> = LazyLock::new(|| std::array::from_fn(|n| weight(n as f64)));
+    fn weight(n: f64) -> f64 {
+        let c = 0.375 + 0.25 * (std::f64::consts::TAU / n).cos();
+        (0.625 - c * c) / n
+    }
+    if n < 16.0 {
+        FEW[n as usize]
+    } else {
+        weight(n)
+    }
 }
 
 /// The first half-edge clockwise from `h` whose edge `stops`, and the last counter-clockwise whose edge *before it* in the
@@ -97,140 +108,167 @@ pub fn region_ends(level: &Level, h: u32, stops: impl Fn(u32) -> bool) -> Option
     Some([first, last])
 }
 
-/// The value across the edge of `h` from its origin: the mean of what both faces see at the far end.
-fn far<T: Value>(level: &Level, h: u32, at: &impl Fn(u32) -> T) -> T {
-    let here = at(level.next(h));
-    match level.twin[h as usize] {
-        NONE => here,
-        t => (here + at(t)) * 0.5,
-    }
+/// What stencils see of a level. `PLAIN`: all faces at a vertex see the same there.
+struct Seen<'a, T, F, const PLAIN: bool> {
+    level: &'a Level,
+    /// Face points; none under Loop.
+    faces: &'a [T],
+    /// At the origin of a half-edge, from its face.
+    at: F,
 }
 
-fn face_point<T: Value>(level: &Level, f: usize, at: &impl Fn(u32) -> T) -> T {
-    let face = level.of_face(f);
-    let n = f64::from(face.end - face.start);
-    face.fold(T::default(), |sum, h| sum + at(h)) * (1.0 / n)
-}
-
-/// Edge point on the side of `h`.
-fn edge_point<T: Value>(level: &Level, faces: &[T], h: u32, at: &impl Fn(u32) -> T) -> T {
-    let sharp = || (at(h) + at(level.next(h))) * 0.5;
-    let s = level.sharpness[level.edge[h as usize] as usize];
-    let t = level.twin[h as usize];
-    if s >= 1.0 || t == NONE {
-        return sharp();
+impl<T: Value, F: Fn(u32) -> T, const PLAIN: bool> Seen<'_, T, F, PLAIN> {
+    #[inline(always)]
+    fn at(&self, h: u32) -> T {
+        (self.at)(h)
     }
-    let ends = (at(h) + at(level.next(h)) + at(t) + at(level.next(t))) * 0.5;
-    let smooth = match level.scheme {
-        Scheme::CatmullClark => (ends + faces[level.face_of(h)] + faces[level.face_of(t)]) * 0.25,
-        Scheme::Loop => ends * 0.375 + (at(level.prev(h)) + at(level.prev(t))) * 0.125,
-    };
-    if s > 0.0 {
-        smooth * (1.0 - s) + sharp() * s
-    } else {
-        smooth
-    }
-}
 
-/// What a rule makes of the vertex at the origin of `h`, in the region of `h`.
-fn vertex_by<T: Value>(
-    level: &Level,
-    faces: &[T],
-    h: u32,
-    rule: Rule,
-    stops: impl Fn(u32) -> bool,
-    at: &impl Fn(u32) -> T,
-) -> T {
-    match rule {
-        Rule::Corner => at(h),
-        Rule::Crease => match region_ends(level, h, stops) {
-            Some([a, b]) => at(h) * 0.75 + (at(level.next(a)) + at(level.prev(b))) * 0.125,
-            None => at(h),
-        },
-        Rule::Smooth => {
-            let v = level.origin[h as usize];
-            let (mut n, mut own, mut ring, mut inner) = (0.0, T::default(), T::default(), T::default());
-            for g in level.fan(v) {
-                n += 1.0;
-                own = own + at(g);
-                ring = ring + far(level, g, at);
-                if level.scheme == Scheme::CatmullClark {
-                    inner = inner + faces[level.face_of(g)];
-                }
-            }
-            let own = own * (1.0 / n);
-            match level.scheme {
-                Scheme::CatmullClark => own * ((n - 2.0) / n) + (ring + inner) * (1.0 / (n * n)),
-                Scheme::Loop => {
-                    let w = loop_weight(n);
-                    own * (1.0 - n * w) + ring * w
-                }
-            }
+    /// The value across the edge of `h` from its origin: the mean of what both faces see at the far end.
+    #[inline(always)]
+    fn far(&self, h: u32) -> T {
+        let here = self.at(self.level.next(h));
+        match self.level.twin[h as usize] {
+            _ if PLAIN => here,
+            NONE => here,
+            t => (here + self.at(t)) * 0.5,
         }
     }
-}
 
-/// Vertex point in the region of `h`.
-fn vertex_point<T: Value>(level: &Level, faces: &[T], h: u32, at: &impl Fn(u32) -> T) -> T {
-    let (now, then, part) = rules(level, level.origin[h as usize]);
-    let first = vertex_by(level, faces, h, now, |g| level.is_sharp(g), at);
-    if part == 1.0 {
-        return first;
+    /// Edge point on the side of `h`.
+    #[inline]
+    fn edge_point(&self, h: u32) -> T {
+        let level = self.level;
+        let along = || self.at(h) + self.at(level.next(h));
+        let s = level.sharpness[level.edge[h as usize] as usize];
+        let t = level.twin[h as usize];
+        if s >= 1.0 || t == NONE {
+            return along() * 0.5;
+        }
+        let ends = if PLAIN { along() } else { (along() + self.at(t) + self.at(level.next(t))) * 0.5 };
+        let smooth = match level.scheme {
+            Scheme::CatmullClark => (ends + self.faces[level.face_of(h)] + self.faces[level.face_of(t)]) * 0.25,
+            Scheme::Loop => ends * 0.375 + (self.at(level.prev(h)) + self.at(level.prev(t))) * 0.125,
+        };
+        if s > 0.0 {
+            smooth * (1.0 - s) + along() * (0.5 * s)
+        } else {
+            smooth
+        }
     }
-    let later = |g: u32| level.sharpness[level.edge[g as usize] as usize] > 1.0;
-    first * part + vertex_by(level, faces, h, then, later, at) * (1.0 - part)
-}
 
-/// Values of the level after `level`: one a vertex, or one a wedge if `wedges` (those of the next level) are given. `at(h)`
-/// is the value at the origin of `h` in the region of its face. Only vertices that are `wanted` are computed; the others
-/// get the default.
-pub fn refine_values<T: Value>(
-    level: &Level,
-    wedges: Option<&Wedges>,
-    at: impl Fn(u32) -> T,
-    wanted: impl Fn(usize) -> bool,
-) -> Vec<T> {
-    let old = level.vertices();
-    let faces = if level.scheme == Scheme::CatmullClark { level.faces() } else { 0 };
-    let count = wedges.map_or(old + faces + level.edges(), Wedges::len);
-    let mut out = vec![T::default(); count];
-    // The wedge at the corner of child half-edge `c`, whose vertex is `v`.
-    let slot = |c: u32, v: usize| wedges.map_or(v, |w| w.of[c as usize] as usize);
-    // Face points are cheap and serve others: all of them.
-    let inner: Vec<T> = (0..faces).map(|f| face_point(level, f, &at)).collect();
-    out[old..old + faces].copy_from_slice(&inner);
-    for h in 0..level.half_edges() as u32 {
-        let e = level.edge[h as usize] as usize;
-        // Both sides where there are two wedges.
-        if is_lower(level, h) || (wedges.is_some() && level.is_sharp(h)) {
-            let v = old + faces + e;
-            if wanted(v) {
-                let c = match level.scheme {
-                    Scheme::CatmullClark => 4 * h + 1,
-                    Scheme::Loop => child_corner(level, h) + 1,
-                };
-                out[slot(c, v)] = edge_point(level, &inner, h, &at);
+    /// What a rule makes of the vertex at the origin of `h`, in the region of `h`.
+    fn vertex_by(&self, h: u32, rule: Rule, stops: impl Fn(u32) -> bool) -> T {
+        let level = self.level;
+        match rule {
+            Rule::Corner => self.at(h),
+            Rule::Crease => match region_ends(level, h, stops) {
+                Some([a, b]) => self.at(h) * 0.75 + (self.at(level.next(a)) + self.at(level.prev(b))) * 0.125,
+                None => self.at(h),
+            },
+            Rule::Smooth => self.smooth(h),
+        }
+    }
+
+    #[inline]
+    fn smooth(&self, h: u32) -> T {
+        let level = self.level;
+        let v = level.origin[h as usize];
+        if PLAIN && level.scheme == Scheme::CatmullClark {
+            if let Some([a, b, c, d]) = level.cross(v) {
+                let ring = self.far(a) + self.far(b) + self.far(c) + self.far(d);
+                let inner = [a, b, c, d].map(|g| self.faces[(g / 4) as usize]);
+                let inner = inner[0] + inner[1] + inner[2] + inner[3];
+                return self.at(h) * 0.5 + (ring + inner) * 0.0625;
+            }
+        }
+        let (mut n, mut own, mut ring, mut inner) = (0.0, T::default(), T::default(), T::default());
+        for g in level.fan(v) {
+            n += 1.0;
+            if !PLAIN {
+                own = own + self.at(g);
+            }
+            ring = ring + self.far(g);
+            if level.scheme == Scheme::CatmullClark {
+                inner = inner + self.faces[level.face_of(g)];
+            }
+        }
+        let own = if PLAIN { self.at(h) } else { own * (1.0 / n) };
+        match level.scheme {
+            Scheme::CatmullClark => own * ((n - 2.0) / n) + (ring + inner) * (1.0 / (n * n)),
+            Scheme::Loop => {
+                let w = loop_weight(n);
+                own * (1.0 - n * w) + ring * w
             }
         }
     }
-    for v in 0..old {
-        if !wanted(v) {
-            continue;
+
+    /// Vertex point in the region of `h`.
+    fn vertex_point(&self, h: u32) -> T {
+        let level = self.level;
+        let v = level.origin[h as usize];
+        if level.sharp_edges[v as usize] < 2 && level.corner.is_empty() {
+            return self.smooth(h);
         }
-        let spoke = level.spoke[v];
-        let split = wedges.is_some_and(|_| level.sharp_edges[v] > 0);
-        if !split {
-            out[slot(child_corner(level, spoke), v)] = vertex_point(level, &inner, spoke, &at);
-            continue;
+        let (now, then, part) = rules(level, v);
+        let first = self.vertex_by(h, now, |g| level.is_sharp(g));
+        if part == 1.0 {
+            return first;
         }
-        for h in level.fan(v as u32) {
-            // One corner of each region is enough: the one after its first sharp edge, or the first of the fan.
-            if h == spoke || level.is_sharp(h) {
-                out[slot(child_corner(level, h), v)] = vertex_point(level, &inner, h, &at);
-            }
-        }
+        let later = |g: u32| level.sharpness[level.edge[g as usize] as usize] > 1.0;
+        first * part + self.vertex_by(h, then, later) * (1.0 - part)
     }
+}
+
+/// Face points of the next level, all of them: they are cheap and serve others.
+fn face_points<T: Value>(level: &Level, at: impl Fn(u32) -> T + Sync + Send) -> Vec<T> {
+    match (level.scheme, level.sides) {
+        (Scheme::Loop, _) => Vec::new(),
+        (_, 4) => threads::collect(level.faces(), |f| {
+            let h = 4 * f as u32;
+            (at(h) + at(h + 1) + at(h + 2) + at(h + 3)) * 0.25
+        }),
+        _ => threads::collect(level.faces(), |f| {
+            let face = level.of_face(f);
+            let n = f64::from(face.end - face.start);
+            face.fold(T::default(), |sum, h| sum + at(h)) * (1.0 / n)
+        }),
+    }
+}
+
+/// Values of the level after `level`, one a vertex, from one a vertex. Only vertices that are `wanted` are right (none
+/// given: all); the others get the default.
+pub fn refine_values<T: Value>(level: &Level, of: &[T], wanted: Option<&[bool]>) -> Vec<T> {
+    let at = |h: u32| of[level.origin[h as usize] as usize];
+    let faces = face_points(level, at);
+    let seen: Seen<T, _, true> = Seen { level, faces: &faces, at };
+    let wanted = |v: usize| wanted.is_none_or(|w| w[v]);
+    let (old, edge_points) = (level.vertices(), level.vertices() + faces.len());
+    let lower = level.lower();
+    let mut out = Vec::with_capacity(edge_points + lower.len());
+    threads::append(&mut out, old, |v| if wanted(v) { seen.vertex_point(level.spoke[v]) } else { T::default() });
+    out.extend_from_slice(&faces);
+    let edge = |e: usize| if wanted(edge_points + e) { seen.edge_point(lower[e]) } else { T::default() };
+    threads::append(&mut out, lower.len(), edge);
     out
+}
+
+/// The same with one value a wedge of the next level. `at(h)` is the value at the origin of `h` in the region of its face.
+pub fn refine_wedge_values<T: Value>(
+    level: &Level,
+    wedges: &Wedges,
+    at: impl Fn(u32) -> T + Sync + Send,
+    wanted: Option<&[bool]>,
+) -> Vec<T> {
+    let faces = face_points(level, &at);
+    let seen: Seen<T, _, false> = Seen { level, faces: &faces, at };
+    let wanted = |v: usize| wanted.is_none_or(|w| w[v]);
+    let edge_points = level.vertices() + faces.len();
+    threads::collect(wedges.len(), |w| match parent(level, wedges.first[w]) {
+        Parent::Vertex(h) if wanted(level.origin[h as usize] as usize) => seen.vertex_point(h),
+        Parent::Face(f) => faces[f],
+        Parent::Edge(h) if wanted(edge_points + level.edge[h as usize] as usize) => seen.edge_point(h),
+        _ => T::default(),
+    })
 }
 
 #[cfg(test)]
@@ -239,7 +277,7 @@ mod tests {
     use crate::mesh;
     use crate::scene::surface::SurfaceScene;
     use crate::surface::limit::{limit_normal, limit_value, shape, Shape};
-    use crate::surface::refine::levels;
+    use crate::surface::refine::{child_corner, levels};
     use crate::surface::shade::limit_positions;
 
     fn subdivided(text: &str, scheme: Scheme, depth: u32) -> Vec<Level> {

@@ -2,7 +2,8 @@
 
 use super::level::{Level, Scheme};
 use super::limit::{limit_value, own_limit_weight, shape, Shape};
-use super::refine::refine_vertex_values;
+use super::stencil::refine_values;
+use crate::threads;
 use std::collections::BTreeMap;
 
 /// Which control weights are set at extraordinary vertices.
@@ -61,11 +62,6 @@ pub struct Role {
 
 /// The roles of all vertices.
 pub fn roles(level: &Level, darts: Darts) -> Vec<Role> {
-    let mut valence = vec![0u32; level.vertices()];
-    for &v in &level.origin {
-        valence[v as usize] += 1;
-    }
-    let borders = level.count_edges(&level.border, |&b| b);
     let role = |v: usize| {
         let boundary = level.on_boundary(v as u32);
         let regular = match (level.scheme, boundary) {
@@ -76,16 +72,16 @@ pub fn roles(level: &Level, darts: Darts) -> Vec<Role> {
             (Scheme::Loop, true) => 3,
         };
         // At the edge of a part, where faces are left out, borders may be missing.
-        let inner = borders[v].saturating_sub(if boundary { 2 } else { 0 });
+        let inner = level.border_edges[v].saturating_sub(if boundary { 2 } else { 0 });
         let sharp = level.corner_sharpness(v as u32) > 0.0
             || match (boundary, darts) {
                 (true, _) => inner > 0,
                 (false, Darts::Smooth) => inner > 1,
                 (false, Darts::Sharp) => inner > 0,
             };
-        Role { extraordinary: valence[v] != regular, sharp, boundary }
+        Role { extraordinary: level.faces_at[v] != regular, sharp, boundary }
     };
-    (0..level.vertices()).map(role).collect()
+    threads::collect(level.vertices(), role)
 }
 
 /// Sets the control weights of extraordinary vertices, and in variant B those of sharp ones, in `weight` (one a vertex).
@@ -146,7 +142,7 @@ pub fn control_weights(levels: &[Level], start: usize, rules: Rules) -> Vec<f64>
     let mut weight = vec![0.0; levels[start].vertices()];
     set(&levels[start], rules, &before, |_| true, &mut weight);
     for pair in levels[start..].windows(2) {
-        weight = refine_vertex_values(&pair[0], &weight);
+        weight = refine_values(&pair[0], &weight, None);
         let now = roles(&pair[1], rules.darts);
         // Set again where a sharp vertex has become smooth. A ring is set every time: n-gons become extraordinary
         // vertices at level 1, and a ring of ones reproduces itself.
@@ -159,11 +155,10 @@ pub fn control_weights(levels: &[Level], start: usize, rules: Rules) -> Vec<f64>
 
 /// Limits of `weight` (one a vertex), within [0, 1]. Borders count as sharp, so that a crease of zeros stays zero.
 pub fn limit_weights(level: &Level, weight: &[f64]) -> Vec<f64> {
-    let borders = level.count_edges(&level.border, |&b| b);
     let at = |h: u32| weight[level.origin[h as usize] as usize];
     let limit = |v: usize| {
         let h = level.spoke[v];
-        let shape = match shape(borders[v], level.corner_sharpness(v as u32) > 0.0) {
+        let shape = match shape(level.border_edges[v], level.corner_sharpness(v as u32) > 0.0) {
             // The mask of quads does not hold at polygons.
             Shape::Smooth if level.scheme == Scheme::CatmullClark && level.sides != 4 => return weight[v].min(1.0),
             shape => shape,
@@ -171,7 +166,7 @@ pub fn limit_weights(level: &Level, weight: &[f64]) -> Vec<f64> {
         // Where a fan begins inside a region, any region of a crease has the same two ends.
         limit_value(level, h, shape, |g| level.is_border(g), at).clamp(0.0, 1.0)
     };
-    (0..level.vertices()).map(limit).collect()
+    threads::collect(level.vertices(), limit)
 }
 
 /// Extraordinary vertices of `level` by number of edges and whether they are on the boundary.
