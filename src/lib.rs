@@ -131,7 +131,7 @@
 //! | 3.1 variants A and B, Fig. 3; 3.3 darts, Fig. 5 | [`surface::weight::Variant`], [`surface::weight::Darts`] |
 //! | 3.2 semi-sharp vertices, Fig. 4 | [`surface::weight::control_weights`] |
 //! | 3.4 regions, normals at sharp vertices, Fig. 6 | [`surface::region::Wedges`], [`surface::normal::given_normals`] |
-//! | 3.5 `fs` and `as` lines | [`scene::surface`] |
+//! | 3.5 `fs` and `as` lines | [`scene::surface`]; edited in [`app`] |
 //! | 5 normals only where they count: 832 and 2304 of Spot's 46,850 | [`surface::normal::needed`], [`surface::weight::needing`]; `gradtess stats --level 4` |
 //!
 //! `repro --only zbk23` makes Figs. 1 to 6 and 8 to 13.

@@ -160,6 +160,9 @@ impl Editor {
         if self.gradient.is_some() {
             return self.fail("a gradient mesh has no reference picture; open a subdivision scene for one");
         }
+        if self.solid.is_some() {
+            return self.fail("a surface in space has no reference picture; open a subdivision scene for one");
+        }
         let picture = match crate::image::Picture::read_png(file) {
             Ok(picture) => picture,
             Err(e) => return self.fail(e),
@@ -401,7 +404,7 @@ impl Editor {
             Wanted::Reference => self.set_reference(&file),
             Wanted::Save => {
                 if file.extension().is_none() {
-                    file.set_extension("json");
+                    file.set_extension(if self.solid.is_some() { "obj" } else { "json" });
                 }
                 if file.exists() && Some(&file) != self.file.as_ref() {
                     self.dialog = Some(Dialog::Overwrite(file, then.take()));

@@ -105,6 +105,8 @@ pub struct Editor {
     pub model: Model,
     /// A gradient mesh in place of the model.
     pub gradient: Option<crate::edit::gradient::Gradient>,
+    /// A surface in space in place of the model.
+    pub solid: Option<super::surface::Solid>,
     /// Where it was read from or written to.
     pub file: Option<PathBuf>,
     /// Its steps.
@@ -169,6 +171,7 @@ impl Editor {
         Editor {
             model,
             gradient: None,
+            solid: None,
             file: None,
             history: History::default(),
             journal: None,
@@ -253,6 +256,9 @@ impl Editor {
         if let Some(gradient) = &self.gradient {
             return gradient.unsaved();
         }
+        if let Some(solid) = &self.solid {
+            return solid.unsaved();
+        }
         self.gesture.is_some() || self.saved_at != Some(self.history.position())
     }
 
@@ -304,6 +310,9 @@ impl Editor {
         if let Some(gradient) = &mut self.gradient {
             gradient.commit();
         }
+        if let Some(solid) = &mut self.solid {
+            solid.commit();
+        }
         let Some(gesture) = self.gesture.take() else { return };
         let step = self.history.push(&gesture.label, &gesture.before, &self.model.scene).cloned();
         if let Some(step) = step {
@@ -334,6 +343,9 @@ impl Editor {
     pub fn step(&mut self, forward: bool) {
         if self.gradient.is_some() {
             return self.gradient_step(forward);
+        }
+        if self.solid.is_some() {
+            return self.surface_step(forward);
         }
         self.cancel();
         let before = self.model.scene.clone();
@@ -448,6 +460,10 @@ impl Editor {
 
     /// Shows everything.
     pub fn fit(&mut self) {
+        if let Some(solid) = &mut self.solid {
+            let orbit = solid.orbit;
+            solid.orbit = super::surface::Orbit { yaw: orbit.yaw, pitch: orbit.pitch, ..Default::default() };
+        }
         let bounds = match &self.gradient {
             Some(gradient) => gradient.bounds(),
             None => self.model.bounds(),

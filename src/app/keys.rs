@@ -3,6 +3,7 @@
 use super::dialog::Dialog;
 use super::editor::{Editor, Tool};
 use crate::edit::handle::{Kind, Stage};
+use crate::scene::surface::INFINITE;
 use egui::{Context, Key, Modifiers};
 use glam::DVec2;
 
@@ -208,6 +209,41 @@ impl Editor {
         }
     }
 
+    /// What a key does to a surface in space; `false`: what it does to all scenes.
+    fn surface_obeys(&mut self, command: Command) -> bool {
+        let Some(solid) = &mut self.solid else { return false };
+        let level = &mut solid.options.level;
+        match command {
+            Command::To(Stage::Level(l)) => *level = l,
+            Command::To(Stage::Input) => *level = 0,
+            Command::Finer(true) => *level = (*level + 1).min(6),
+            Command::Finer(false) => *level = level.saturating_sub(1),
+            Command::Take(Tool::Sharp) => self.sharpen_selected(|s| if s.is_finite() { INFINITE } else { 0.0 }),
+            Command::Reset => self.sharpen_selected(|_| 0.0),
+            Command::Nudge(0, up) => self.sharpen_selected(|s| s.min(INFINITE) + 0.5 * f64::from(up)),
+            Command::SelectAll => solid.selected = solid.edges().collect(),
+            Command::Escape if self.dialog.is_none() => solid.selected.clear(),
+            Command::Zoom(closer) => {
+                let by = if closer { 1.0 / 1.25 } else { 1.25 };
+                solid.orbit.distance = (solid.orbit.distance * by).clamp(0.02, 50.0);
+            }
+            Command::New
+            | Command::Open
+            | Command::Quit
+            | Command::Save
+            | Command::SaveAs
+            | Command::Undo
+            | Command::Redo
+            | Command::Fit
+            | Command::Escape
+            | Command::Help
+            | Command::Toggle(Shows::Mesh | Shows::Timing) => return false,
+            // The others are for meshes in the plane.
+            _ => {}
+        }
+        true
+    }
+
     /// Does what a key stands for.
     pub fn obey(&mut self, command: Command, shift: bool) {
         if self.dialog.is_some() && !matches!(command, Command::Escape | Command::Help) {
@@ -240,6 +276,9 @@ impl Editor {
                 _ if !serves_gradients(command) => return,
                 _ => {}
             }
+        }
+        if self.solid.is_some() && self.surface_obeys(command) {
+            return;
         }
         match command {
             Command::New => self.ask_first(super::dialog::Then::New),

@@ -27,6 +27,8 @@ mod render;
 pub mod script;
 mod shaping;
 mod shell;
+mod surface;
+mod surface_canvas;
 mod timing;
 mod view;
 

@@ -25,6 +25,8 @@ impl Editor {
             egui::ScrollArea::vertical().show(ui, |ui| {
                 if self.gradient.is_some() {
                     self.gradient_panel(ui)
+                } else if self.solid.is_some() {
+                    self.surface_panel(ui)
                 } else {
                     self.tools(ui)
                 }
@@ -39,7 +41,7 @@ impl Editor {
         egui::CentralPanel::default().frame(frame).show(ctx, |ui| self.canvas(ui));
         self.dialogs(ctx);
         // A widget's own gesture (a slider, a colour) ends when nothing is held any more.
-        if self.in_gesture() && !ctx.input(|i| i.pointer.any_down()) {
+        if (self.in_gesture() || self.solid.is_some()) && !ctx.input(|i| i.pointer.any_down()) {
             self.commit();
         }
         let widget = self.hand.gradient.is_none() && self.gradient.as_ref().is_some_and(|g| g.in_gesture());
@@ -131,7 +133,8 @@ impl Editor {
                     (None, n) => format!("{n} selected"),
                 };
                 ui.weak(what);
-                if let Some(note) = self.model.notes.first().filter(|_| self.gradient.is_none()) {
+                if let Some(note) = self.model.notes.first().filter(|_| self.gradient.is_none() && self.solid.is_none())
+                {
                     let more = self.model.notes.len() - 1;
                     let rest = if more > 0 { format!(" (and {more} more)") } else { String::new() };
                     ui.colored_label(ui.visuals().warn_fg_color, format!("{note}{rest}"));
@@ -317,11 +320,20 @@ impl Editor {
         if self.dialog.is_none() {
             if self.gradient.is_some() {
                 self.gradient_pointer(ui, &response);
+            } else if self.solid.is_some() {
+                self.surface_pointer(ui, &response);
             } else {
                 self.pointer(ui, &response);
             }
         }
         let painter = ui.painter_at(rect);
+        if self.solid.is_some() {
+            if let Some(texture) = self.surface_picture(ui.ctx()) {
+                let uv = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+                painter.image(texture, rect, uv, egui::Color32::WHITE);
+            }
+            return self.paint_surface(&painter, response.hover_pos());
+        }
         let under = self.reference_shown(ui.ctx(), &painter);
         self.look.background = if under { None } else { Some([0.86, 0.86, 0.88, 1.0]) };
         let (mut look, view) = (self.look, self.view);

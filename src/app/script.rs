@@ -33,6 +33,8 @@ pub enum Action {
     Move([f32; 2]),
     /// The pointer goes over a place of the model.
     Aim([f64; 2]),
+    /// The pointer goes over a place of a surface in space.
+    AimAt([f64; 3]),
     /// The pointer leaves the window.
     Leave(bool),
     /// A button goes down.
@@ -135,6 +137,7 @@ pub fn parse(text: &str) -> Result<Vec<Timed>, (usize, usize, String)> {
         let numbers: &[f64] = match &timed.action {
             Action::Move(p) | Action::Wheel(p) | Action::Resize(p) => &[f64::from(p[0]), f64::from(p[1])],
             Action::Aim(p) => p,
+            Action::AimAt(p) => p,
             Action::Wait(s) => &[*s],
             _ => &[],
         };

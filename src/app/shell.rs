@@ -166,9 +166,10 @@ impl Shell {
             schema: "gradtess.edit/1",
             file: self.editor.file.clone(),
             unsaved: self.editor.unsaved(),
-            steps: match &self.editor.gradient {
-                Some(gradient) => gradient.steps(),
-                None => self.editor.history.labels().0.len(),
+            steps: match (&self.editor.gradient, &self.editor.solid) {
+                (Some(gradient), _) => gradient.steps(),
+                (_, Some(solid)) => solid.steps(),
+                _ => self.editor.history.labels().0.len(),
             },
             message: self.editor.message.as_ref().map(|m| m.text.clone()),
             dragged: self.editor.dragged.clone(),

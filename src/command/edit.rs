@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[derive(Args)]
 #[command(
     after_help = "A script is one JSON object a line: {\"at\": SECONDS, \"ACTION\": VALUE}. Actions: move [x, y] (points \
-    of the window), aim [x, y] (model coordinates), down, up (\"left\", \"middle\", \"right\"), wheel [x, y], key, hold, \
+    of the window), aim [x, y] (model coordinates), aim_at [x, y, z] (the same in space), down, up (\"left\", \"middle\", \"right\"), wheel [x, y], key, hold, \
     release (\"Ctrl+Z\"), modifiers (\"Shift\"), text, paste, copy, drop (a file), resize [w, h], minimise, suspend, close, \
     screenshot (a name), wait (real seconds). Actions of one time go into one frame; lines that begin with # are remarks."
 )]

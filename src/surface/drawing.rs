@@ -13,6 +13,10 @@ use glam::DVec3;
 /// Indexed triangles of `level`: a vertex a wedge, so that vertices are repeated where they have several normals and
 /// nowhere else (ZBK23 section 5). `positions` are one a vertex, `normals` one a wedge.
 pub fn triangles(level: &Level, shaded: &Shaded, positions: &[DVec3], normals: &[DVec3]) -> SolidTable {
+    threads::crew(positions.len(), || triangles_of(level, shaded, positions, normals))
+}
+
+fn triangles_of(level: &Level, shaded: &Shaded, positions: &[DVec3], normals: &[DVec3]) -> SolidTable {
     let mut table = SolidTable::new(bounds(positions.iter().copied()).unwrap_or_default());
     let centre = table.centre;
     table.vertices = threads::collect(normals.len(), |w| {

@@ -32,6 +32,7 @@ pub fn shape(sharp_edges: u8, corner: bool) -> Shape {
 }
 
 /// Limit of the value at the origin of `h`, in the region of `h`; `at` as in [`super::stencil`].
+#[inline]
 pub fn limit_value<T: Value>(
     level: &Level,
     h: u32,
@@ -46,10 +47,11 @@ pub fn limit_value<T: Value>(
             None => at(h),
         },
         Shape::Smooth => {
-            if let (Scheme::CatmullClark, Some(fan)) = (level.scheme, level.cross(level.origin[h as usize])) {
-                let [a, b, c, d] = fan.map(|g| at(level.next(g)));
-                let [p, q, r, s] = fan.map(|g| at(g ^ 2));
-                return (at(h) * 16.0 + (a + b + c + d) * 4.0 + (p + q + r + s)) * (1.0 / 36.0);
+            if let (Scheme::CatmullClark, Some([a, b, c, d])) = (level.scheme, level.cross(level.origin[h as usize])) {
+                let end = |g: u32| at(g & !3 | (g + 1) & 3);
+                let ring = end(a) + end(b) + end(c) + end(d);
+                let inner = at(a ^ 2) + at(b ^ 2) + at(c ^ 2) + at(d ^ 2);
+                return (at(h) * 16.0 + ring * 4.0 + inner) * (1.0 / 36.0);
             }
             let (mut n, mut ring, mut inner) = (0.0, T::default(), T::default());
             for g in level.fan(level.origin[h as usize]) {
@@ -80,6 +82,7 @@ pub fn own_limit_weight(scheme: Scheme, n: f64) -> f64 {
 }
 
 /// Unit normal of the limit surface at the origin of `h`, in the region of `h`; zero where the tangents are parallel.
+#[inline]
 pub fn limit_normal(level: &Level, h: u32, shape: Shape, stops: impl Fn(u32) -> bool) -> DVec3 {
     let p = |g: u32| level.position[level.origin[g as usize] as usize];
     let [u, v] = match shape {
@@ -131,8 +134,9 @@ fn smooth_tangents(level: &Level, h: u32, p: impl Fn(u32) -> DVec3) -> [DVec3; 2
     let opposite = |g: u32| p(level.next(level.next(g)));
     if let (Scheme::CatmullClark, Some(fan)) = (level.scheme, level.cross(v)) {
         // cos and sin are 0 and 1, the weight of spokes 4.
-        let [a, b, c, d] = fan.map(spoke);
-        let [ab, bc, cd, da] = fan.map(|g| p(g ^ 2));
+        let end = |g: u32| p(g & !3 | (g + 1) & 3);
+        let (a, b, c, d) = (end(fan[0]), end(fan[1]), end(fan[2]), end(fan[3]));
+        let (ab, bc, cd, da) = (p(fan[0] ^ 2), p(fan[1] ^ 2), p(fan[2] ^ 2), p(fan[3] ^ 2));
         return [(a - c) * 4.0 + (ab - bc - cd + da), (b - d) * 4.0 + (ab + bc - cd - da)];
     }
     let n = level.fan(v).count();

@@ -30,17 +30,17 @@ pub fn levels(
         return Err(SurfaceError::TooLarge { level: depth, limit: MAX_HALF_EDGES });
     }
     let mut levels = vec![Level::new(scene, mesh, scheme)?];
-    for k in 0..depth as usize {
-        levels.push(refine(&levels[k]));
-    }
+    threads::crew(half_edges as usize, || (0..depth as usize).for_each(|k| levels.push(refine(&levels[k]))));
     Ok(levels)
 }
 
 /// The level after `level`.
 pub fn refine(level: &Level) -> Level {
-    let mut next = connect(level);
-    next.position = refine_values(level, &level.position, None);
-    next
+    threads::crew(level.half_edges(), || {
+        let mut next = connect(level);
+        next.position = refine_values(level, &level.position, None);
+        next
+    })
 }
 
 /// The level after `level`, with right positions at least where `wanted`, which is given the level without positions, says

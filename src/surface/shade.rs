@@ -85,6 +85,10 @@ impl Shaded {
 /// If `levels` is empty.
 pub fn shade(levels: &[Level], given: &[DVec3], settings: &Settings) -> Shaded {
     let last = levels.last().expect("a surface has a level 0");
+    threads::crew(last.vertices(), || shade_last(levels, last, given, settings))
+}
+
+fn shade_last(levels: &[Level], last: &Level, given: &[DVec3], settings: &Settings) -> Shaded {
     let wedges = Wedges::drawn(last);
     let geometric = match settings.geometric {
         Geometric::Mesh => mesh_normals(last, &wedges),

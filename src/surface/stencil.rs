@@ -169,15 +169,15 @@ impl<T: Value, F: Fn(u32) -> T, const PLAIN: bool> Seen<'_, T, F, PLAIN> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn smooth(&self, h: u32) -> T {
         let level = self.level;
         let v = level.origin[h as usize];
         if PLAIN && level.scheme == Scheme::CatmullClark {
             if let Some([a, b, c, d]) = level.cross(v) {
                 let ring = self.far(a) + self.far(b) + self.far(c) + self.far(d);
-                let inner = [a, b, c, d].map(|g| self.faces[(g / 4) as usize]);
-                let inner = inner[0] + inner[1] + inner[2] + inner[3];
+                let face = |g: u32| self.faces[(g / 4) as usize];
+                let inner = face(a) + face(b) + face(c) + face(d);
                 return self.at(h) * 0.5 + (ring + inner) * 0.0625;
             }
         }
@@ -203,6 +203,7 @@ impl<T: Value, F: Fn(u32) -> T, const PLAIN: bool> Seen<'_, T, F, PLAIN> {
     }
 
     /// Vertex point in the region of `h`.
+    #[inline]
     fn vertex_point(&self, h: u32) -> T {
         let level = self.level;
         let v = level.origin[h as usize];

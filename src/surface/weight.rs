@@ -50,7 +50,7 @@ pub struct Rules {
 }
 
 /// What a vertex is for the weights of a level.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Role {
     /// Another number of edges than regular vertices have.
     pub extraordinary: bool,

@@ -25,6 +25,7 @@ impl Editor {
         if let Some(journal) = self.journal.take() {
             journal.end();
         }
+        self.solid = None;
         if let Some(mut gradient) = self.gradient.take() {
             gradient.end_journal();
             self.forget_drawn();
@@ -57,6 +58,12 @@ impl Editor {
                 self.remember(file);
             }
             return self.offer_left_behind(Some(file));
+        }
+        if self.open_surface(file) {
+            if self.solid.is_some() && self.file.as_deref() == Some(file) {
+                self.remember(file);
+            }
+            return;
         }
         match Scene::load(file) {
             Ok(scene) => {
@@ -121,6 +128,13 @@ impl Editor {
     pub fn save(&mut self, file: &Path) -> bool {
         if self.gradient.is_some() {
             let done = self.save_gradient(file);
+            if done {
+                self.remember(file);
+            }
+            return done;
+        }
+        if self.solid.is_some() {
+            let done = self.save_surface(file);
             if done {
                 self.remember(file);
             }

@@ -2,9 +2,11 @@
 
 use super::super::dialog::Then;
 use super::super::script::{Action, Keyboard, Timed};
+use super::super::surface::Eye;
 use super::super::view::View;
 use super::{Shell, SETTLING};
 use egui::{Context, RawInput};
+use glam::DVec3;
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -49,8 +51,14 @@ impl Replay {
 
 impl Replay {
     /// Adds an action to the input; `false`: it is none, but something that happens to the window.
-    fn keyboard_takes(&mut self, action: &Action, view: View, raw: &mut RawInput) -> bool {
+    fn keyboard_takes(&mut self, action: &Action, view: View, eye: Option<Eye>, raw: &mut RawInput) -> bool {
         match action {
+            Action::AimAt(p) => {
+                if let Some((to, _)) = eye.and_then(|eye| eye.place(DVec3::from_array(*p))) {
+                    let aim = |_| to;
+                    self.keyboard.events(&Action::Aim([0.0; 2]), aim, &mut raw.events);
+                }
+            }
             Action::Screenshot(_)
             | Action::Wait(_)
             | Action::Resize(_)
@@ -75,6 +83,7 @@ impl Shell {
     /// Puts the script in place of the window's own input; `None`: nothing happens yet.
     pub(super) fn scripted(&mut self, outer: &Context, mut raw: RawInput) -> Option<RawInput> {
         let view = self.editor.view;
+        let eye = self.editor.solid.as_ref().map(|solid| solid.eye(view.rect));
         let replay = self.replay.as_mut()?;
         raw.events.clear();
         raw.dropped_files.clear();
@@ -99,7 +108,7 @@ impl Shell {
             replay.now = replay.now.max(at);
             while replay.waiting.front().is_some_and(|n| n.at == at) {
                 let Some(Timed { action, .. }) = replay.waiting.pop_front() else { break };
-                let alone = !replay.keyboard_takes(&action, view, &mut raw);
+                let alone = !replay.keyboard_takes(&action, view, eye, &mut raw);
                 if alone {
                     self.do_alone(outer, action);
                     break;

@@ -4,6 +4,11 @@
 //! them covers, and the angle between N_L where both do. N_L is that of the limit surface for all, so that the angle is
 //! the error of what is drawn between vertices, not of another definition. Times are medians over repeats, the rows in
 //! turns.
+//!
+//! What the CPU computes is counted in two ways. *Computed* are the vertices that subdivision makes: of uniform levels those
+//! of the last one, of patches those of all levels, padding included. *Vertices* are what lies on the device: of patches
+//! their control points, which the CPU makes from the computed vertices. The share that is printed last is of computed
+//! vertices alone, and then of both together.
 
 use super::flags::SurfaceFlags;
 use super::open::Surface;
@@ -19,6 +24,7 @@ use crate::surface::level::Level;
 use crate::surface::patches::{first_level, of_parts};
 use crate::surface::refine::refine;
 use crate::surface::shade::{limit_positions, shade, Settings};
+use crate::threads;
 use crate::timing::triangles::triangle;
 use glam::DVec3;
 use serde::Serialize;
@@ -103,6 +109,11 @@ fn since(start: Instant) -> f64 {
 }
 
 fn uniform(control: &Level, scene: &SurfaceScene, settings: &Settings, level: u32, limit: bool) -> Made {
+    // The cores are called once for all steps.
+    threads::crew(control.vertices() << (2 * level), || uniform_level(control, scene, settings, level, limit))
+}
+
+fn uniform_level(control: &Level, scene: &SurfaceScene, settings: &Settings, level: u32, limit: bool) -> Made {
     let start = Instant::now();
     let mut levels = vec![control.clone()];
     for k in 0..level as usize {
@@ -391,12 +402,14 @@ fn text(file: &str, rows: &[Row], request: &Request) -> String {
     };
     match rows.iter().filter(good).min_by_key(|r| r.computed_vertices) {
         Some(r) => {
+            let share = |n: usize| 100.0 * n as f64 / uniform.computed_vertices.max(1) as f64;
             let _ = writeln!(
                 out,
-                "  {} has no more error than {} with {:.1} % of its vertices computed",
+                "  {} has no more error than {} with {:.1} % of its vertices computed, {:.1} % counting control points, too",
                 name(r),
                 name(uniform),
-                100.0 * r.computed_vertices as f64 / uniform.computed_vertices.max(1) as f64
+                share(r.computed_vertices),
+                share(r.computed_vertices + r.device_vertices)
             );
         }
         None => out += "  no patches have as little error as the last level\n",

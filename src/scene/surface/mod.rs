@@ -5,8 +5,10 @@
 
 mod obj;
 mod sharp;
+mod write;
 
 pub use sharp::sharp;
+pub use write::write;
 
 use super::{CornerRule, InputMesh, SceneError};
 use glam::{DVec2, DVec3};
