@@ -118,13 +118,12 @@ pub fn refine_normals(
     let live = drawn.map(|_| Wedges::live(level));
     let merged = drawn.zip(live.as_ref()).map(|(drawn, live)| merged(drawn, live, normals));
     let at = merged.as_deref().unwrap_or(normals);
-    let mut out = match (next, &live) {
+    let out = match (next, &live) {
         (None, _) => refine_values(level, at, wanted),
         (Some(next), None) => refine_wedge_values(level, next, |h| at[level.origin[h as usize] as usize], wanted),
         (Some(next), Some(live)) => refine_wedge_values(level, next, |h| at[live.of[h as usize] as usize], wanted),
     };
-    threads::update(&mut out, |_, n| *n = n.normalize_or_zero());
-    out
+    threads::collect(out.len(), |w| out[w].normalize_or_zero())
 }
 
 /// The vertices of `level` that the `wanted` ones of the next level need.
