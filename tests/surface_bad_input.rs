@@ -56,6 +56,11 @@ fn examine(bytes: &[u8]) -> bool {
 }
 
 #[test]
+fn two_triangles_back_to_back_have_valence_2_and_finite_patches() {
+    assert!(examine(b"v 0 0 0\nv 1 0 1\nv 0 1 0\nf 1 2 3\nf 1 3 2\n"));
+}
+
+#[test]
 fn spoiled_surfaces_survive() {
     let seconds = std::env::var("GRADTESS_FUZZ_SECONDS").ok().and_then(|s| s.parse().ok()).unwrap_or(2);
     let documents: Vec<Vec<u8>> = vec![CUBE.into(), OPEN.into()];

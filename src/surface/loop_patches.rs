@@ -102,9 +102,10 @@ pub(super) fn reach(n: usize) -> f64 {
         return 1.0;
     }
     let n = n as f64;
-    let (lambda, c1, c2) = (shrinking(n), (PI / n).cos(), (TAU / n).cos());
-    // The second ring of the map, whose first has radius 1: between spokes (its part along one), and on them.
-    let between = 0.75 * c1 * c1 / (lambda - 0.125);
+    let (lambda, c2) = (shrinking(n), (TAU / n).cos());
+    // The second ring of the map, whose first has radius 1: between spokes (its part along one), and on them. The former is
+    // 3/4 cos^2(pi / n) / (lambda - 1/8), whose denominator is cos^2(pi / n) / 2, so that valence 2 has it too.
+    let between = 1.5;
     let on = (0.625 + (c2 + between) / 8.0) / (lambda - 0.0625);
     // Limit of the first ring, and its derivative outwards.
     let limit = 0.5 + (2.0 * c2 + on + 2.0 * between) / 12.0;
