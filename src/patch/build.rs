@@ -152,13 +152,13 @@ pub(super) struct Drawn<'t> {
 
 impl Drawn<'_> {
     #[inline(always)]
-    fn emit(&mut self, kind: Kind, part: Option<usize>, ids: &[u32]) -> u32 {
+    fn emit<P: Pool>(&mut self, kind: Kind, part: Option<usize>, ids: &[u32]) -> u32 {
         let place = &mut self.places[bucket(kind, part)];
         let at = place.made;
         place.list[at..at + ids.len()].copy_from_slice(ids);
         place.made += ids.len();
         let first = place.first + at as u32;
-        if ids.iter().fold(0, |all, i| all | i) & LENT != 0 {
+        if P::SHARED && ids.iter().fold(0, |all, i| all | i) & LENT != 0 {
             self.lent.push((first, first + ids.len() as u32));
         }
         first
@@ -367,10 +367,9 @@ impl<P: Pool> Run<'_, '_, '_, P> {
         let points = &mut *self.points;
         let level = points.account.level;
         let mask = fate >> fate::TRANSITION;
-        let plain = points.account.is_plain(f);
-        if mask == 0 && plain {
+        let plain = points.account.is_plain(f).then(|| points.plain_face(f, self.pool));
+        if let (0, Some(ids)) = (mask, plain) {
             // Most faces of most scenes.
-            let ids = points.plain_face(f, self.pool);
             let mut face = Face {
                 level: level.level,
                 name: level.face[f as usize],
@@ -380,7 +379,7 @@ impl<P: Pool> Run<'_, '_, '_, P> {
                 transition: 0,
                 first: 0,
             };
-            face.first = self.drawn.emit(Kind::Bicubic, None, &ids);
+            face.first = self.drawn.emit::<P>(Kind::Bicubic, None, &ids);
             self.drawn.push(face);
             return;
         }
@@ -390,8 +389,7 @@ impl<P: Pool> Run<'_, '_, '_, P> {
         let kind = kind_of(fate, points.account.style.irregular);
 
         let mut ids = [0u32; 20];
-        if plain {
-            let plain = points.plain_face(f, self.pool);
+        if let Some(plain) = plain {
             for i in 0..4 {
                 let from = (i + turn as usize) & 3;
                 for slots in [CORNER, NEAR, FAR, INNER] {
@@ -422,7 +420,7 @@ impl<P: Pool> Run<'_, '_, '_, P> {
             first: 0,
         };
         if mask == 0 {
-            face.first = self.drawn.emit(kind, None, &ids[..kind.points()]);
+            face.first = self.drawn.emit::<P>(kind, None, &ids[..kind.points()]);
         } else {
             let index = self.drawn.faces_first + self.drawn.faces_made;
             self.drawn.waiting.push(Waiting { index, half_edges, points: ids, kind, mask: face.transition });
@@ -517,7 +515,7 @@ impl<P: Pool> Run<'_, '_, '_, P> {
                     ids[at..at + 2].copy_from_slice(&split[edge][half..half + 2]);
                 }
             }
-            let first = self.drawn.emit(kind, Some(part), &ids[..points + EXTRA_POINTS]);
+            let first = self.drawn.emit::<P>(kind, Some(part), &ids[..points + EXTRA_POINTS]);
             place.get_or_insert(first);
         }
         place.expect("a transition edge makes parts")

@@ -269,8 +269,9 @@ impl<'a> Points<'a> {
     }
 
     /// All control points of a plain face ([`Account::is_plain`]), in the order of [`super`], corner A at its first half-edge.
-    #[inline(always)]
-    pub fn plain_face(&mut self, f: u32, pool: &mut impl Pool) -> [u32; 16] {
+    // Inlined anywhere else, its closures become calls.
+    #[inline(never)]
+    pub fn plain_face<P: Pool>(&mut self, f: u32, pool: &mut P) -> [u32; 16] {
         // Above level 0 all faces are quads, four half-edges each, and stepping through a face is bit arithmetic.
         if self.level.level == 0 {
             self.plain_face_by(f, pool, |level, h| level.next(h), |level, h| level.prev(h))
@@ -280,10 +281,10 @@ impl<'a> Points<'a> {
     }
 
     #[inline(always)]
-    fn plain_face_by(
+    fn plain_face_by<P: Pool>(
         &mut self,
         f: u32,
-        pool: &mut impl Pool,
+        pool: &mut P,
         next: impl Fn(&Level, u32) -> u32,
         prev: impl Fn(&Level, u32) -> u32,
     ) -> [u32; 16] {
@@ -322,25 +323,39 @@ impl<'a> Points<'a> {
                     [border_edge(v, ahead), border_edge(ahead, v)]
                 };
                 let points = points.map(control);
-                if t < self.own.half_edges.start && self.account.draws(level.face_of(t)) {
+                if P::SHARED && t < self.own.half_edges.start && self.account.draws(level.face_of(t)) {
                     edge = pool.lend(&points, Lent(Maker::Edge(t)));
                 } else {
                     edge = pool.push(points[0]);
                     pool.push(points[1]);
                     if t < CUT {
-                        self.set_edge(t, (edge + 1) | REVERSED);
+                        if P::SHARED {
+                            self.set_edge(t, (edge + 1) | REVERSED);
+                        } else {
+                            self.account.edge[t as usize].store((edge + 1) | REVERSED, Relaxed);
+                        }
                     }
                 }
                 self.account.edge[h as usize].store(edge, Relaxed);
             }
-            let mut corner = self.corner_of(origin[i]);
+            // What a single run finds is final.
+            let known = |points: &Self, number: &AtomicU32| {
+                let number = number.load(Relaxed);
+                if P::SHARED {
+                    points.known(number)
+                } else {
+                    number
+                }
+            };
+            let mut corner = known(self, &self.account.corner[origin[i] as usize]);
             if corner == NONE {
                 let after = twin[BEFORE[i]];
-                if level.bits[origin[i] as usize] != 0 || self.place_of(origin[i]) != NONE {
+                if level.bits[origin[i] as usize] != 0 || known(self, &self.account.place[origin[i] as usize]) != NONE {
                     corner = self.corner(h, pool);
                 } else {
                     let last = level.twin[prev(after) as usize];
-                    let lends = t.min(after).min(last) < self.own.half_edges.start && self.is_of_earlier(h);
+                    let lends =
+                        P::SHARED && t.min(after).min(last) < self.own.half_edges.start && self.is_of_earlier(h);
                     let known = if lends { self.lent.get(&origin[i]).copied() } else { None };
                     corner = known.unwrap_or_else(|| {
                         let spokes = (ahead + level.at(prev(after))) + (behind + level.at(opposite(t)));

@@ -20,6 +20,8 @@ pub(super) enum Maker {
 
 /// Control points so far.
 pub trait Pool {
+    /// Whether it is one of several runs', so that points may be those of others.
+    const SHARED: bool;
     /// Adds a point; its number.
     fn push(&mut self, point: ControlPoint) -> u32;
     /// A point by its number.
@@ -37,6 +39,8 @@ pub trait Pool {
 pub struct Lent(pub(super) Maker);
 
 impl Pool for Vec<ControlPoint> {
+    const SHARED: bool = false;
+
     #[inline(always)]
     fn push(&mut self, point: ControlPoint) -> u32 {
         Vec::push(self, point);
@@ -86,6 +90,8 @@ impl<'a> Piece<'a> {
 }
 
 impl Pool for Piece<'_> {
+    const SHARED: bool = true;
+
     #[inline(always)]
     fn push(&mut self, point: ControlPoint) -> u32 {
         self.own[self.made] = point;

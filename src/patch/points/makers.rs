@@ -30,7 +30,7 @@ impl<'a> Account<'a> {
     }
 
     /// Whether [`Points::plain_face`] serves face `f`: a quad among quads, everything regular at its corners.
-    #[inline]
+    #[inline(always)]
     pub fn is_plain(&self, f: u32) -> bool {
         let level = self.level;
         // At level 0 a corner may touch a face other than a quad.
@@ -160,7 +160,7 @@ impl Points<'_> {
     }
 
     #[inline(always)]
-    fn known(&self, number: u32) -> u32 {
+    pub(super) fn known(&self, number: u32) -> u32 {
         let Own { before, points, .. } = &self.own;
         if number < *before || points.contains(&number) {
             number
