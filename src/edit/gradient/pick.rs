@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn a_look_in_ten_thousand_patches_is_quick() {
+    fn a_look_in_ten_thousand_patches_is_at_those_nearby() {
         let g = grid(100);
         let mut times = [Vec::new(), Vec::new(), Vec::new()];
         for k in 0..60 {
@@ -329,13 +329,15 @@ mod tests {
             let begun = Instant::now();
             assert!(g.patch_at(at).is_some());
             times[2].push(begun.elapsed());
+            // A patch is as wide as the reach.
+            let near = DVec2::splat(0.01);
+            let looked_at = g.boxes.meeting(at - near, at + near).count();
+            assert!((1..=16).contains(&looked_at), "{looked_at} patches at {at}");
         }
         let [far, near, patch] = times.map(|mut all| {
             all.sort();
             all[all.len() / 2]
         });
         println!("10,000 patches: nothing under the pointer {far:?}, a thing {near:?}, the patch {patch:?}");
-        // Milliseconds on a machine that does other things, too; each patch alone would take tens.
-        assert!(far.max(near).max(patch).as_secs_f64() < 5e-3);
     }
 }
