@@ -18,8 +18,8 @@ use std::time::{Duration, Instant};
 /// Items (faces, half-edges, points) that are worth a piece of their own.
 pub const LEAST: usize = 1024;
 
-/// Pieces' worth of items for which other cores are worth waking.
-const WORTH_WAKING: usize = 4;
+/// Pieces' worth of items for which other cores are worth waking: a scene of a few thousand faces is done before they are awake.
+const WORTH_WAKING: usize = 16;
 
 /// Most pieces.
 pub const MOST: usize = 250;
