@@ -18,8 +18,9 @@ use std::time::{Duration, Instant};
 /// Items (faces, half-edges, points) that are worth a piece of their own.
 pub const LEAST: usize = 1024;
 
-/// Pieces' worth of items for which other cores are worth waking: a scene of a few thousand faces is done before they are awake.
-const WORTH_WAKING: usize = 16;
+/// Pieces' worth of items for which other cores are worth waking. On a busy machine each set of pieces may wait for a turn of
+/// the system's (milliseconds), which only a job that gains many of them by a second core can afford.
+const WORTH_WAKING: usize = 64;
 
 /// Most pieces.
 pub const MOST: usize = 250;
