@@ -17,15 +17,28 @@ pub struct Case {
     pub edits: &'static str,
 }
 
-/// Flags of the protocol: the whole one, or one that takes seconds on a software rasteriser.
-pub fn protocol(sheet: &Sheet) -> String {
-    let frames = sheet.frames().map(|n| format!(" --frames {n}"));
+/// Timed frames of each of the two repeats by the short protocol.
+const FRAMES: u32 = 12;
+
+/// The same where frames are short: a dozen of them would show what else the machine does.
+const SHORT_FRAMES: u32 = 144;
+
+/// Frames are short up to here, ms.
+const SHORT_MS: f64 = 5.0;
+
+/// Flags of the protocol: the whole one, or one that takes seconds on a software rasteriser, of `frames` a repeat.
+fn protocol_of(sheet: &Sheet, frames: u32) -> String {
     if sheet.full() {
-        frames.unwrap_or_default()
+        sheet.frames().map(|n| format!(" --frames {n}")).unwrap_or_default()
     } else {
-        let frames = frames.unwrap_or_else(|| " --frames 12".to_owned());
-        format!(" --size {} --warmup 2 --warmup-seconds 0 --stats-frames 1 --repeats 2{frames}", size(sheet))
+        let frames = sheet.frames().unwrap_or(frames);
+        format!(" --size {} --warmup 2 --warmup-seconds 0 --stats-frames 1 --repeats 2 --frames {frames}", size(sheet))
     }
+}
+
+/// The protocol for frames that may be long.
+pub fn protocol(sheet: &Sheet) -> String {
+    protocol_of(sheet, FRAMES)
 }
 
 /// Pixels across and down of what is timed.
@@ -40,8 +53,15 @@ pub fn size(sheet: &Sheet) -> &'static str {
 /// Runs a pair; what `bench` prints. Caveats become notes.
 pub fn pair(sheet: &mut Sheet, case: &Case) -> Result<Value, ReproError> {
     let folder = sheet.file(&case.name.replace(' ', "_"));
-    let command = format!("bench {} -o {folder} {}{}", case.scene, case.flags, protocol(sheet));
-    let done = sheet.run(&command)?;
+    let command = |sheet: &Sheet, frames| {
+        format!("bench {} -o {folder} {}{}", case.scene, case.flags, protocol_of(sheet, frames))
+    };
+    let few = command(sheet, FRAMES);
+    let many = command(sheet, SHORT_FRAMES);
+    let mut done = sheet.run(&few)?;
+    if many != few && median(&done, 0).value.max(median(&done, 1).value) < SHORT_MS {
+        done = sheet.run(&many)?;
+    }
     for caveat in done["caveats"].as_array().into_iter().flatten().filter_map(Value::as_str) {
         // How busy is another number each time.
         let caveat = if caveat.starts_with("busy machine") { "busy machine, as run.json says" } else { caveat };
