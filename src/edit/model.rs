@@ -106,7 +106,7 @@ impl Model {
         let index = self.index.get_or_insert_with(|| Index::new(own, mesh, refinement, table));
         let mode = Mode::Adaptive { isolate: 0 };
         let mut kept = Kept { scene: own, mesh, refinement, table, irregular: self.drawing.irregular, mode };
-        let Some(touched) = follow(index, &mut kept, &delta) else {
+        let Ok(touched) = follow(index, &mut kept, &delta) else {
             // The levels are half-way, what is drawn of them too; the mesh has its new positions.
             self.index = None;
             self.notes = mesh::shape_notes(&self.mesh);

@@ -54,6 +54,8 @@ pub struct Delta {
     pub geometry: Splice<GeometryEdit>,
     /// The same of [`Scene::colours`].
     pub colours: Splice<ColourEdit>,
+    /// The same of [`Scene::sharp`].
+    pub sharp: Splice<u32>,
     /// The same of [`Scene::handles`].
     pub handles: Splice<Handle>,
     /// The same of [`Scene::face_points`].
@@ -68,12 +70,16 @@ impl Delta {
         fn none<T>() -> Splice<T> {
             Splice { at: 0, removed: 0, added: Vec::new() }
         }
-        Delta { geometry: none(), colours: none(), handles: none(), face_points: none(), values }
+        Delta { geometry: none(), colours: none(), sharp: none(), handles: none(), face_points: none(), values }
     }
 
     /// Whether only values change.
     pub fn is_values(&self) -> bool {
-        self.geometry.is_empty() && self.colours.is_empty() && self.handles.is_empty() && self.face_points.is_empty()
+        self.geometry.is_empty()
+            && self.colours.is_empty()
+            && self.sharp.is_empty()
+            && self.handles.is_empty()
+            && self.face_points.is_empty()
     }
 
     /// Makes all changes in the scene, and nothing that follows from them.
@@ -83,26 +89,26 @@ impl Delta {
     pub fn write(&self, scene: &mut Scene) {
         self.geometry.write(&mut scene.geometry);
         self.colours.write(&mut scene.colours);
+        self.sharp.write(&mut scene.sharp);
         self.handles.write(&mut scene.handles);
         self.face_points.write(&mut scene.face_points);
         self.values.iter().for_each(|e| e.write(scene));
     }
 }
 
-/// The value edits that turn `old` into `new`, or `None` where more than values differs: polygons, rules, sharp tags, or
-/// which places are edited. Names and reference pictures are not looked at. Time linear in the scenes.
+/// The value edits that turn `old` into `new`, or `None` where more than values differs: polygons, rules, or which edges
+/// and places are edited. Names and reference pictures are not looked at. Time linear in the scenes.
 pub fn between(old: &Scene, new: &Scene) -> Option<Vec<ValueEdit>> {
     delta(old, new).filter(Delta::is_values).map(|d| d.values)
 }
 
-/// What turns `old` into `new`, or `None` where polygons, rules or sharp tags differ. Names and reference pictures are not looked at. Time linear in the scenes.
+/// What turns `old` into `new`, or `None` where polygons or rules differ. Names and reference pictures are not looked at. Time linear in the scenes.
 pub fn delta(old: &Scene, new: &Scene) -> Option<Delta> {
     let same = old.mesh.corners == new.mesh.corners
         && old.mesh.face_start == new.mesh.face_start
         && old.mesh.positions.len() == new.mesh.positions.len()
         && old.corners == new.corners
-        && old.corner_colours.len() == new.corner_colours.len()
-        && old.sharp == new.sharp;
+        && old.corner_colours.len() == new.corner_colours.len();
     if !same {
         return None;
     }
@@ -135,5 +141,6 @@ pub fn delta(old: &Scene, new: &Scene) -> Option<Delta> {
     let colours = Splice::between(&old.colours, &new.colours, |a, b| (a.level, a.half_edge) == (b.level, b.half_edge));
     let painted = colours.staying(&old.colours, &new.colours).filter(|(_, a, b)| a.colour != b.colour);
     values.extend(painted.map(|(i, _, b)| ValueEdit::Colour(i as u32, b.colour)));
-    Some(Delta { geometry, colours, handles, face_points, values })
+    let sharp = Splice::between(&old.sharp, &new.sharp, |a, b| a == b);
+    Some(Delta { geometry, colours, sharp, handles, face_points, values })
 }

@@ -8,7 +8,7 @@ use crate::mesh::NONE;
 use crate::refine::Refinement;
 use crate::subdiv::level::{vertex_bits, Level, Value, CUT};
 use glam::{DVec2, DVec4};
-use vertex_bits::{BOUNDARY, EXTRAORDINARY, SECTORS};
+use vertex_bits::{BOUNDARY, DART, EXTRAORDINARY, SECTORS};
 
 /// Value of a vertex before it has one: differs from all.
 const NOTHING: Value = Value { p: DVec2::NAN, c: DVec4::NAN };
@@ -20,8 +20,10 @@ pub(super) struct Dirty {
     pub vertices: Vec<u32>,
     /// Faces whose fate may be another.
     pub faces: Vec<u32>,
-    /// Corners of faces that are refined now or were before.
+    /// Corners of faces that are refined now or were before, and vertices with other sectors.
     pub corners: Vec<u32>,
+    /// Corners of faces that came.
+    pub sectors: Vec<u32>,
 }
 
 /// What came and went.
@@ -30,7 +32,7 @@ pub(super) struct Changes {
     levels: Vec<Dirty>,
     /// Faces in the table that are not there any more or drawn otherwise: level and number.
     pub gone: Vec<(u32, u32)>,
-    /// Faces that are refined now and were not before, or the other way round.
+    /// Faces that are refined now and were not before, or the other way round, and vertices with other sectors.
     pub turned: usize,
     /// Faces that came.
     pub came: usize,
@@ -44,6 +46,14 @@ impl Changes {
             self.levels.resize_with(l + 1, Dirty::default);
         }
         &mut self.levels[l]
+    }
+
+    /// A vertex of level `l` with other sharp edges or colour sectors.
+    pub fn parted(&mut self, level: &Level, own: &LevelIndex, l: usize, v: u32) {
+        self.turned += 1;
+        let dirty = self.dirty(l);
+        dirty.corners.push(v);
+        dirty.faces.extend(own.around.of(v).iter().map(|&h| level.face_of(h)));
     }
 
     /// A face that is refined from now on, or not any more.
@@ -115,99 +125,64 @@ fn new_face(level: &mut Level, fates: &mut Vec<u8>, own: &mut LevelIndex) -> u32
     f
 }
 
-/// Makes the children of all half-edges around vertex `v` of level `l`, which has none yet. `None`: colour edits of the
-/// level below run through where the children would be.
-pub(super) fn grow(
-    refinement: &mut Refinement,
-    index: &mut [LevelIndex],
-    l: usize,
-    v: u32,
-    changes: &mut Changes,
-) -> Option<()> {
+/// Makes the children of all half-edges around vertex `v` of level `l`, which has none yet. Sharp edges and colour sectors
+/// are left to [`super::colour`].
+pub(super) fn grow(refinement: &mut Refinement, index: &mut [LevelIndex], l: usize, v: u32, changes: &mut Changes) {
     let (coarse, fine) = refinement.levels.split_at_mut(l + 1);
     let (level, next) = (&mut coarse[l], &mut fine[0]);
     let (above, below) = index.split_at_mut(l + 1);
     let (own, under) = (&above[l], &mut below[0]);
     let fates = &mut refinement.fates[l + 1];
     let spokes = own.around.of(v).to_vec();
-    let is_sharp = |level: &Level, h: u32| !level.sharp.is_empty() && level.sharp[h as usize];
 
-    let bits = level.bits[v as usize];
-    let to = new_vertex(next, under, bits);
+    let to = new_vertex(next, under, level.bits[v as usize] & !(SECTORS | DART));
     changes.dirty(l + 1).vertices.push(to);
-    // One tint for each sector, the first has the vertex's own.
-    let mut sectors: Vec<(u32, u32)> = Vec::new();
-    let mut tint_of = |next: &mut Level, under: &mut LevelIndex, level: &Level, h: u32| {
-        if bits & SECTORS == 0 {
-            return to;
-        }
-        let first = level.fan_start(h, |s| level.colour_border(s));
-        match sectors.iter().find(|s| s.0 == first) {
-            Some(s) => s.1,
-            None => {
-                let tint = if sectors.is_empty() { to } else { new_value(next, under) };
-                sectors.push((first, tint));
-                tint
-            }
-        }
-    };
-    // A vertex that is there already: its number and this corner's tint.
+    // A vertex that is there already.
     let there = |level: &Level, next: &Level, h: u32, slot: u32| {
         let c = level.child[h as usize];
-        (c < CUT).then(|| (next.origin[(4 * c + slot) as usize], next.tint[(4 * c + slot) as usize]))
+        (c < CUT).then(|| next.origin[(4 * c + slot) as usize])
     };
     for &h in &spokes {
         let f = level.face_of(h);
         let (n, p) = (level.next(h), level.prev(h));
-        let mut at = [(to, tint_of(next, under, level, h)); 4];
+        let mut at = [to; 4];
         // The points of the edges ahead and behind: known in this face, else across, else new.
         for (slot, edge, other, other_slot) in [(1, h, n, 3), (3, p, p, 1)] {
             let own_side = there(level, next, other, other_slot);
-            let across = level.across(edge).and_then(|t| {
+            let known = own_side.or_else(|| {
                 // The child at either end of the twin has the point.
+                let t = level.across(edge)?;
                 there(level, next, t, 1).or_else(|| there(level, next, level.next(t), 3))
             });
-            let sharp = is_sharp(level, edge);
-            at[slot] = match (own_side, across) {
-                (Some(found), _) => found,
-                (None, Some((x, tint))) if !sharp => (x, tint),
-                (None, Some((x, tint))) => (x, if tint == x { new_value(next, under) } else { x }),
-                (None, None) => {
-                    let boundary = if level.twin[edge as usize] == NONE { BOUNDARY } else { 0 };
-                    let x = new_vertex(next, under, boundary | if sharp { SECTORS } else { 0 });
-                    changes.dirty(l + 1).vertices.push(x);
-                    (x, x)
-                }
-            };
+            at[slot] = known.unwrap_or_else(|| {
+                let boundary = if level.twin[edge as usize] == NONE { BOUNDARY } else { 0 };
+                let x = new_vertex(next, under, boundary);
+                changes.dirty(l + 1).vertices.push(x);
+                x
+            });
         }
         let centre = level.of_face(f).find_map(|g| there(level, next, g, 2));
         at[2] = centre.unwrap_or_else(|| {
             let x = new_vertex(next, under, if level.valence(f) == 4 { 0 } else { EXTRAORDINARY });
             changes.dirty(l + 1).vertices.push(x);
-            (x, x)
+            x
         });
-        if at.iter().any(|(x, _)| under.painted.get(*x as usize).is_some_and(|&g| g != NONE)) {
-            return None;
-        }
         let c = new_face(next, fates, under);
         changes.came += 1;
         changes.dirty(l + 1).faces.push(c);
-        changes.dirty(l + 1).corners.extend(at.map(|x| x.0));
+        changes.dirty(l + 1).corners.extend(at);
+        changes.dirty(l + 1).sectors.extend(at);
         next.face[c as usize] = if l == 0 { u64::from(h) } else { 4 * level.face[f as usize] + u64::from(h & 3) };
         next.inside[c as usize] = own.asked[f as usize] > 0;
         under.parent[c as usize] = h;
         level.child[h as usize] = c;
-        let sharp = [is_sharp(level, h), false, false, is_sharp(level, p)];
-        if sharp.contains(&true) && next.sharp.is_empty() {
-            next.sharp.resize(next.origin.len(), false);
-        }
-        for (k, (x, tint)) in at.into_iter().enumerate() {
+        for (k, x) in at.into_iter().enumerate() {
             let g = 4 * c + k as u32;
             next.origin[g as usize] = x;
-            next.tint[g as usize] = tint;
+            next.tint[g as usize] = x;
             next.twin[g as usize] = CUT;
             if !next.sharp.is_empty() {
-                next.sharp[g as usize] = sharp[k];
+                next.sharp[g as usize] = false;
             }
             if !next.child.is_empty() {
                 next.child[g as usize] = NONE;
@@ -236,7 +211,6 @@ pub(super) fn grow(
             }
         }
     }
-    Some(())
 }
 
 /// Takes away the children of all half-edges around vertex `v` of level `l`; they have no children themselves.

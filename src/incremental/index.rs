@@ -1,17 +1,19 @@
 //! What a rebuild does not keep: the way back from a vertex, a face or an edit to what stands where.
 
+use super::colour::{uncount, Group};
 use super::memory::{of, of_map};
 use super::plan::Plan;
 use super::slots::Slots;
 use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::patch::PatchTable;
-use crate::refine::edits::{resolve, resolve_paint, Move, Paint};
-use crate::refine::{fate, Refinement};
+use crate::refine::edits::{resolve, resolve_paint, Move};
+use crate::refine::meetings::Birth;
+use crate::refine::{around_polygons, fate, Refinement};
 use crate::scene::{Handle, Scene};
 use crate::subdiv::edit::{frame, LocalMove};
 use crate::subdiv::gather::Around;
 use crate::subdiv::index_map::{IndexMap, Slot};
-use crate::subdiv::level::{vertex_bits, Level, CUT};
+use crate::subdiv::level::{Level, CUT};
 use std::collections::HashMap;
 
 /// A geometry edit at its place in a level.
@@ -26,7 +28,7 @@ pub(super) struct PlacedMove {
 }
 
 /// Where a painted sector has its colour from.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Source {
     /// Entry of [`Scene::colours`].
     Edit(u32),
@@ -49,10 +51,12 @@ pub(super) struct LevelIndex {
     /// Moves of a vertex, and moves whose frame reads it.
     pub moved: HashMap<u32, Vec<u32>>,
     pub read: HashMap<u32, Vec<u32>>,
-    /// Painted sectors (half-edge, colour), those of a vertex together; where each vertex's begin, and the end.
-    pub paints: Vec<(u32, Source)>,
-    pub group: Vec<u32>,
-    /// Group that spreads over each vertex, or [`NONE`]. Empty without paints.
+    /// Colour edits of each vertex, and numbers of those that went.
+    pub groups: Vec<Group>,
+    pub free_groups: Vec<u32>,
+    /// How many groups make a half-edge sharp; of no half-edge that none does.
+    pub chained: HashMap<u32, u32>,
+    /// Group that spreads over each vertex, or [`NONE`]. Empty without colour edits.
     pub painted: Vec<u32>,
     /// Causes of the plan that ask for each face to be refined; empty until the plan is edited.
     pub asked: Vec<u32>,
@@ -75,8 +79,9 @@ impl LevelIndex {
             free_moves: Vec::new(),
             moved: HashMap::new(),
             read: HashMap::new(),
-            paints: Vec::new(),
-            group: Vec::new(),
+            groups: Vec::new(),
+            free_groups: Vec::new(),
+            chained: HashMap::new(),
             painted: Vec::new(),
             asked: Vec::new(),
             free_faces: Vec::new(),
@@ -101,8 +106,12 @@ pub struct Index {
     pub(super) move_of: HashMap<u32, (u32, u32)>,
     /// Level and group of each colour edit that is applied.
     pub(super) group_of: HashMap<u32, (u32, u32)>,
-    /// Whether two colour edits name one sector: the order decides then, and nothing is followed locally.
-    pub(super) twice: bool,
+    /// Entries of [`Scene::colours`] of each vertex, ascending; of no vertex that has none.
+    pub(super) entries: HashMap<Birth, Vec<u32>>,
+    /// How many tags each input edge has, by the lesser half-edge; of no edge that has none.
+    pub(super) tags: HashMap<u32, u32>,
+    /// Vertices of M^0 around faces that are no quads.
+    pub(super) around_polygons: Vec<bool>,
     /// The table's patches and points.
     pub(super) slots: Slots,
     /// The plan by its causes, once it was edited.
@@ -149,13 +158,16 @@ impl Index {
             input: Around::new(&input),
             move_of: HashMap::new(),
             group_of: HashMap::new(),
-            twice: false,
+            entries: HashMap::new(),
+            tags: HashMap::new(),
+            around_polygons: around_polygons(&refinement.levels[0]),
             slots,
             plan: None,
             epoch: 0,
         };
         index.place_points(scene, mesh);
         index.place_moves(scene, mesh, refinement);
+        scene.sharp.iter().for_each(|&h| index.count_tag(mesh, h, true));
         index.place_paints(scene, mesh, refinement);
         index
     }
@@ -233,120 +245,101 @@ impl Index {
         Some((l, vertices[0]))
     }
 
+    /// One tag more or less of an input edge; one of the boundary has no effect.
+    pub(super) fn count_tag(&mut self, mesh: &HalfEdgeMesh, h: u32, more: bool) {
+        let twin = mesh.twin[h as usize];
+        match (twin != NONE, more) {
+            (true, true) => *self.tags.entry(h.min(twin)).or_insert(0) += 1,
+            (true, false) => uncount(&mut self.tags, h.min(twin)),
+            _ => {}
+        }
+    }
+
     fn place_paints(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement) {
         let map = IndexMap::new(mesh);
-        let mut paints: Vec<Vec<(u32, u32, Source)>> = vec![Vec::new(); self.levels.len()];
-        let mut add = |l: u32, h: u32, source| {
-            paints[l as usize].push((refinement.levels[l as usize].origin[h as usize], h, source));
-        };
+        let mut paints: Vec<(u32, Birth, Slot, Source)> = Vec::new();
         let mut painted = vec![false; scene.corner_colours.len()];
         for (i, e) in scene.colours.iter().enumerate() {
             let p = resolve_paint(i, e, &map).expect("the scene was refined");
-            if let Some(h) = local(refinement, p.level, p.slot) {
-                add(p.level, h, Source::Edit(i as u32));
-            }
+            self.entries.entry(p.vertex).or_default().push(i as u32);
+            paints.push((p.level, p.vertex, p.slot, Source::Edit(i as u32)));
             if p.level == 0 && !painted.is_empty() {
                 painted[(p.slot >> 3) as usize] = true;
             }
         }
         for (h, _) in painted.iter().enumerate().filter(|&(_, &edited)| !edited) {
-            add(0, 8 * h as u32, Source::Corner(h as u32));
+            let slot = 8 * h as u64;
+            paints.push((0, map.birth(0, slot), slot, Source::Corner(h as u32)));
         }
-        for (l, mut list) in paints.into_iter().enumerate() {
-            list.sort_by_key(|&(v, h, _)| (v, h));
-            self.twice |= list.windows(2).any(|w| w[0].1 == w[1].1);
-            let (level, own) = (&refinement.levels[l], &mut self.levels[l]);
-            if list.is_empty() {
-                continue;
-            }
-            own.painted = vec![NONE; level.vertices()];
-            for same in list.chunk_by(|a, b| a.0 == b.0) {
-                let group = own.group.len() as u32;
-                own.group.push(own.paints.len() as u32);
-                own.painted[same[0].0 as usize] = group;
-                for &h in own.around.of(same[0].0) {
-                    let a = level.next(h);
-                    for g in [a, level.next(a), level.prev(h)] {
-                        own.painted[level.origin[g as usize] as usize] = group;
-                    }
-                }
-                for &(_, h, source) in same {
-                    own.paints.push((h, source));
-                    if let Source::Edit(i) = source {
-                        self.group_of.insert(i, (l as u32, group));
-                    }
-                }
-            }
-            own.group.push(own.paints.len() as u32);
+        paints.sort_by_key(|p| (p.0, p.1));
+        for same in paints.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let l = same[0].0;
+            let sectors = same.iter().map(|p| (p.2, p.3)).collect();
+            let Some((_, g)) = self.place_group(l, sectors, refinement) else { continue };
+            let chain = self.chain_of(scene, mesh, &refinement.levels, l as usize, g);
+            let own = &mut self.levels[l as usize];
+            chain.iter().for_each(|&h| *own.chained.entry(h).or_insert(0) += 1);
+            own.groups[g as usize].chain = chain;
         }
     }
 
-    /// Puts the colour edits of one vertex, smooth all around, in their place; its level and group. `None`: their level is
-    /// not refined there, or colours are parted there already.
-    pub(super) fn place_group(&mut self, paints: &[(u32, Paint)], refinement: &Refinement) -> Option<(u32, u32)> {
-        let l = paints.first()?.1.level;
-        let mut placed = Vec::with_capacity(paints.len());
-        for (entry, p) in paints {
-            placed.push((local(refinement, l, p.slot)?, Source::Edit(*entry)));
+    /// Puts the colour edits of one vertex at one level in their place; level and group. `None`: the level is not refined
+    /// there.
+    pub(super) fn place_group(
+        &mut self,
+        l: u32,
+        sectors: Vec<(Slot, Source)>,
+        refinement: &Refinement,
+    ) -> Option<(u32, u32)> {
+        let mut paints = Vec::with_capacity(sectors.len());
+        for (slot, source) in sectors {
+            paints.push((local(refinement, l, slot)?, source));
         }
+        let first = paints.first()?.0;
         let level = &refinement.levels[l as usize];
-        if self.is_parted(l, level.origin[placed[0].0 as usize], refinement) {
-            return None;
-        }
+        let v = level.origin[first as usize];
         let own = &mut self.levels[l as usize];
-        if own.group.is_empty() {
-            own.group.push(own.paints.len() as u32);
-        }
         own.painted.resize(level.value.len().max(own.painted.len()), NONE);
-        let group = own.group.len() as u32 - 1;
-        for h in placed.iter().map(|p| p.0) {
+        let group = own.free_groups.pop().unwrap_or_else(|| {
+            own.groups.push(Group::default());
+            own.groups.len() as u32 - 1
+        });
+        for &h in own.around.of(v) {
             for v in one_ring(level, h) {
                 own.painted[v as usize] = group;
             }
         }
-        own.paints.extend(placed);
-        own.group.push(own.paints.len() as u32);
-        self.group_of.extend(paints.iter().map(|(entry, _)| (*entry, (l, group))));
+        for (_, source) in &paints {
+            if let Source::Edit(i) = source {
+                self.group_of.insert(*i, (l, group));
+            }
+        }
+        own.groups[group as usize] = Group { paints, chain: Vec::new() };
         Some((l, group))
     }
 
-    /// Takes the colour edits of a group from their place; its level and the vertices that it coloured. `None`: colours are
-    /// parted there.
-    pub(super) fn displace_group(&mut self, entry: u32, refinement: &Refinement) -> Option<(u32, Vec<u32>)> {
-        let &(l, group) = self.group_of.get(&entry)?;
+    /// Takes the colour edits of the vertex that a slot leaves from their place, if it has any at that level: the vertices
+    /// that they coloured or whose edges they made sharp.
+    pub(super) fn displace_group(&mut self, l: u32, slot: Slot, refinement: &Refinement) -> Option<Vec<u32>> {
+        let h = local(refinement, l, slot)?;
         let level = &refinement.levels[l as usize];
-        let own = &self.levels[l as usize];
-        let (first, end) = (own.group[group as usize] as usize, own.group[group as usize + 1] as usize);
-        if self.is_parted(l, level.origin[own.paints[first].0 as usize], refinement) {
-            return None;
-        }
+        let v = level.origin[h as usize];
         let own = &mut self.levels[l as usize];
-        let mut vertices = Vec::new();
-        for (h, source) in &own.paints[first..end] {
+        let group = own.painted.get(v as usize).copied().filter(|&g| g != NONE)?;
+        let Group { paints, chain } = std::mem::take(&mut own.groups[group as usize]);
+        own.free_groups.push(group);
+        for (_, source) in &paints {
             if let Source::Edit(i) = source {
                 self.group_of.remove(i);
             }
-            for v in one_ring(level, *h) {
-                own.painted[v as usize] = NONE;
-                vertices.push(v);
-            }
         }
-        // Others keep their numbers; what an undo takes away is the last one.
-        if end == own.paints.len() {
-            own.paints.truncate(first);
-            own.group.pop();
+        let mut vertices: Vec<u32> = own.around.of(v).iter().flat_map(|&h| one_ring(level, h)).collect();
+        vertices.iter().for_each(|&v| own.painted[v as usize] = NONE);
+        for &h in &chain {
+            uncount(&mut own.chained, h);
+            vertices.push(level.origin[h as usize]);
         }
-        Some((l, vertices))
-    }
-
-    /// Whether colours are parted around a vertex or around one of its neighbours.
-    fn is_parted(&self, l: u32, v: u32, refinement: &Refinement) -> bool {
-        let level = &refinement.levels[l as usize];
-        let around = self.levels[l as usize].around.of(v);
-        around.iter().flat_map(|&h| level.of_face(level.face_of(h))).any(|g| {
-            let bits = level.bits[level.origin[g as usize] as usize];
-            bits & (vertex_bits::SECTORS | vertex_bits::DART) != 0 || level.sharp.get(g as usize) == Some(&true)
-        })
+        Some(vertices)
     }
 
     /// Entries of the scene's colour edits from `from` on move by `by` places.
@@ -356,7 +349,8 @@ impl Index {
         }
         let moved = |i: u32| if i >= from { (i64::from(i) + by) as u32 } else { i };
         self.group_of = self.group_of.iter().map(|(&entry, &place)| (moved(entry), place)).collect();
-        for source in self.levels.iter_mut().flat_map(|own| &mut own.paints).map(|p| &mut p.1) {
+        let groups = self.levels.iter_mut().flat_map(|own| &mut own.groups);
+        for source in groups.flat_map(|group| &mut group.paints).map(|p| &mut p.1) {
             if let Source::Edit(i) = source {
                 *i = moved(*i);
             }
@@ -410,15 +404,18 @@ impl Index {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let level = |l: &LevelIndex| {
-            let lists = [&l.parent, &l.drawn, &l.painted, &l.vertex_mark, &l.face_mark, &l.group, &l.asked];
-            let free = [&l.free_faces, &l.free_values];
+            let lists = [&l.parent, &l.drawn, &l.painted, &l.vertex_mark, &l.face_mark, &l.asked];
+            let free = [&l.free_faces, &l.free_values, &l.free_groups];
+            let groups: usize = l.groups.iter().map(|g| of(&g.paints) + of(&g.chain)).sum();
             let edits = [&l.moved, &l.read];
             let lists_of_edits = edits.iter().flat_map(|map| map.values()).map(of).sum::<usize>();
             l.around.bytes()
                 + lists.into_iter().chain(free).map(of).sum::<usize>()
                 + edits.into_iter().map(of_map).sum::<usize>()
                 + lists_of_edits
-                + of(&l.paints)
+                + of(&l.groups)
+                + groups
+                + of_map(&l.chained)
                 + of(&l.moves)
         };
         self.input.bytes()
@@ -428,6 +425,10 @@ impl Index {
             + of_map(&self.point_of)
             + of_map(&self.move_of)
             + of_map(&self.group_of)
+            + of_map(&self.entries)
+            + self.entries.values().map(of).sum::<usize>()
+            + of_map(&self.tags)
+            + of(&self.around_polygons)
             + self.plan.as_ref().map_or(0, |plan| plan.bytes())
     }
 }

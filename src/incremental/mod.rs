@@ -1,26 +1,26 @@
 //! An edit costs what it touches (ZHHK22 7.2 names it as future work).
 //!
 //! A [`State`] keeps the levels and the patches of a scene. A change of values is followed level by level: the vertices of
-//! M^0 that it moves, what depends on them in M^1, edits in their local frames and so on ([`spread`]); then the faces
-//! within two rings of a changed vertex are built anew from a cut-out of the levels, and their control points replace the
-//! old ones in place ([`patches`]). A geometry edit that comes or goes, or one colour all around a vertex, first changes what is refined: faces of the levels
-//! come and go around it (`plan.rs`, `grow.rs`), and so do patches, control points and indices in the table (`slots.rs`).
-//! Everything has the bits that a fresh [`refine`](fn@crate::refine::refine) and [`build`](fn@crate::patch::build::build)
-//! would give; after an edit that came or went, levels and patches may stand in another order, and the table has places
-//! that nothing uses.
+//! M^0 that it moves, what depends on them in M^1, edits in their local frames and so on ([`spread`]), colours and the
+//! edges that they make sharp (`colour.rs`); then the faces within two rings of a changed vertex are built anew from a
+//! cut-out of the levels, and their control points replace the old ones in place ([`patches`]). An edit or a sharp tag that
+//! comes or goes first changes what is refined: faces of the levels come and go around it (`plan.rs`, `grow.rs`), and so do
+//! patches, control points and indices in the table (`slots.rs`). Everything has the bits that a fresh
+//! [`refine`](fn@crate::refine::refine) and [`build`](fn@crate::patch::build::build) would give; after an edit that came or
+//! went, levels and patches may stand in another order, and the table has places that nothing uses.
 //!
 //! # Worst case
 //!
 //! A change of values takes time linear in the faces within its influence, on all levels. So does an edit that comes or
-//! goes; beside that, it renumbers the scene's edits behind it (some nanoseconds each) unless it is the last one. A table
-//! that such edits leave with more room than patches is built anew ([`State::apply`]), which costs each edit a constant
-//! share of its own faces.
+//! goes, and a sharp tag; beside that, it renumbers the scene's edits behind it (some nanoseconds each) unless it is the
+//! last one. A table that such edits leave with more room than patches is built anew ([`State::apply`]), which costs each
+//! edit a constant share of its own faces.
 //!
-//! Rebuilt as a whole is: other polygons or corner rules, sharp tags, colour edits of single sectors that come or go or any
-//! beside sharp edges, a colour that becomes equal to its neighbour's or stops being so, edits that come or go under
-//! [`Rules::Authors`], with isolation or in global mode, and those whose faces would come beside a colour edit's. The [`Outcome`] says which it was. The inverse
-//! indices of [`Index`] are made at the first local edit after a rebuild and take time linear in the levels.
+//! Rebuilt as a whole is: other polygons, corner rules or none of the initial colours any more; under [`Rules::Authors`] and
+//! with isolation whatever changes more than values. The [`Outcome`] says which it was ([`Whole`]). The inverse indices of
+//! [`Index`] are made at the first local edit after a rebuild and take time linear in the levels.
 
+mod colour;
 mod diff;
 mod grow;
 mod index;
@@ -32,12 +32,14 @@ pub mod spread;
 
 pub use diff::{between, delta, Delta, Splice};
 pub use index::Index;
+use index::Source;
 
 use crate::mesh::{self, HalfEdgeMesh, MeshError};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
 use crate::patch::PatchTable;
 use crate::refine::edits::{resolve_move, resolve_paint, EditError, Move, Paint};
+use crate::refine::meetings::Birth;
 use crate::refine::{refine, Mode, Options, RefineError, Refinement, Rules};
 use crate::scene::{ColourEdit, GeometryEdit, Handle, Scene};
 use crate::subdiv::index_map::IndexMap;
@@ -144,8 +146,28 @@ fn joined(mut stretches: Vec<Range<u32>>) -> Vec<Range<u32>> {
 pub enum Outcome {
     /// In place: other control points, and what came and went with an edit.
     Local(Touched),
-    /// By a full rebuild.
-    Rebuilt,
+    /// By a full rebuild, for a reason.
+    Rebuilt(Whole),
+}
+
+/// Why an edit is not followed in place.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum Whole {
+    /// Other polygons or rules, or initial colours that come or go.
+    #[error("other polygons, rules or initial colours")]
+    Mesh,
+    /// Nothing was drawn before.
+    #[error("nothing was drawn before")]
+    Empty,
+    /// Under [`Rules::Authors`] the cascade follows the colours of whole levels.
+    #[error("the authors' rules cascade over whole levels")]
+    Cascade,
+    /// How deep vertices are isolated follows from all edits together.
+    #[error("isolation follows from all edits together")]
+    Isolation,
+    /// An edit does not fit the mesh.
+    #[error("an edit does not fit the mesh")]
+    Unfit,
 }
 
 /// Why a scene has no state.
@@ -175,27 +197,6 @@ pub struct Kept<'a> {
     pub mode: Mode,
 }
 
-/// Follows value edits in place. `None`: they change what is sharp, and everything but scene and mesh, which have the
-/// edits, must be made anew, the index too. Time linear in what is touched.
-///
-/// # Panics
-/// If an edit's index is out of range.
-pub fn update(index: &mut Index, kept: &mut Kept, edits: &[ValueEdit]) -> Option<Touched> {
-    let start = Instant::now();
-    for e in edits {
-        e.write(kept.scene);
-        if let ValueEdit::Position(v, at) = *e {
-            kept.mesh.positions[v as usize] = at;
-        }
-    }
-    let changed = spread::spread(index, kept.scene, kept.mesh, kept.refinement, edits, &spread::News::default())?;
-    let spread = Instant::now();
-    let mut touched = patches::replace(index, kept.refinement, kept.table, kept.irregular, &changed);
-    touched.vertices = changed.iter().map(Vec::len).sum();
-    touched.times = [spread - start, spread.elapsed()];
-    Some(touched)
-}
-
 /// Whether all that comes fits the mesh.
 pub fn fits(delta: &Delta, mesh: &HalfEdgeMesh) -> bool {
     let placed = |splice: &Splice<Handle>, in_face| {
@@ -205,21 +206,27 @@ pub fn fits(delta: &Delta, mesh: &HalfEdgeMesh) -> bool {
         && resolved_paints(&delta.colours, mesh).is_ok()
         && placed(&delta.handles, false)
         && placed(&delta.face_points, true)
+        && delta.sharp.added.iter().all(|&h| h < mesh.half_edges())
 }
 
-/// Follows edits that come and go, and value edits, in place. `None`: that cannot be done; scene and mesh have the edits
-/// then, and everything else must be made anew, the index too.
+/// Follows edits that come and go, and value edits, in place. An error says why that cannot be done; scene and mesh have
+/// the edits then, and everything else must be made anew, the index too.
+///
+/// # Errors
+/// See [`Whole`].
 ///
 /// # Panics
 /// If an index is out of range, or an edit does not fit the mesh ([`fits`]).
-pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touched> {
-    if delta.is_values() {
-        return update(index, kept, &delta.values);
-    }
+pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Result<Touched, Whole> {
     let start = Instant::now();
     let Splice { at, removed, added } = &delta.geometry;
     let new = resolved(&delta.geometry, kept.mesh).expect("it fits the mesh");
     let new_paints = resolved_paints(&delta.colours, kept.mesh).expect("it fits the mesh");
+    let old = Splice { at: *at, removed: 0, added: kept.scene.geometry[*at..at + removed].to_vec() };
+    let old = resolved(&old, kept.mesh).expect("the scene was refined");
+    let Splice { at: first, removed: gone, .. } = delta.colours;
+    let old_paints = Splice { at: first, removed: 0, added: kept.scene.colours[first..first + gone].to_vec() };
+    let old_paints = resolved_paints(&old_paints, kept.mesh).expect("the scene was refined");
     let handles = [(&delta.handles, &kept.scene.handles, false), (&delta.face_points, &kept.scene.face_points, true)];
     let mut news = spread::News::default();
     for (splice, list, in_face) in handles {
@@ -228,59 +235,77 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touch
             news.points.push(index::point_of(kept.mesh, handle, in_face).expect("it fits the mesh"));
         }
     }
-    let planned = kept.mode == Mode::Adaptive { isolate: 0 } && kept.refinement.rules == Rules::Gradtess;
-    let unplanned = !delta.geometry.is_empty() || !delta.colours.is_empty();
-    if (unplanned && !planned) || kept.table.faces.is_empty() {
-        write(kept, delta);
-        return None;
-    }
-    let old = Splice { at: *at, removed: 0, added: kept.scene.geometry[*at..at + removed].to_vec() };
-    let old = resolved(&old, kept.mesh).expect("the scene was refined");
-    if planned {
-        index.count_causes(kept.scene, kept.mesh, kept.refinement)?;
-    }
-    let [mut went, mut came] =
-        [&old, &new].map(|moves| moves.iter().map(|m| index.asked_by(kept.mesh, m)).collect::<Vec<_>>());
-    let Splice { at: first, removed: gone, .. } = delta.colours;
-    let mut vertices = Vec::new();
-    if !delta.colours.is_empty() {
-        let old = Splice { at: first, removed: 0, added: kept.scene.colours[first..first + gone].to_vec() };
-        let old = resolved_paints(&old, kept.mesh).expect("the scene was refined");
-        vertices.extend(old.iter().chain(&new_paints).map(|p| p.vertex));
-        vertices.sort_unstable();
-        vertices.dedup();
-        let own = first..first + gone;
-        let smooth = index.are_smooth(kept.scene, kept.mesh, &old, own.clone())
-            && index.are_smooth(kept.scene, kept.mesh, &new_paints, own);
-        for &vertex in &vertices {
-            went.push(index.asked_by_colours(kept.scene, kept.mesh, vertex));
-        }
-        for (p, entry) in old.iter().zip(first as u32..) {
-            // All edits of a vertex go at once.
-            if smooth && old.iter().take(entry as usize - first).all(|q| (q.vertex, q.level) != (p.vertex, p.level)) {
-                match index.displace_group(entry, kept.refinement) {
-                    Some(painted) => news.painted.push(painted),
-                    None => {
-                        write(kept, delta);
-                        return None;
-                    }
-                }
+
+    // Vertices whose colours are others now, as they were. New values ask for other faces if colours become equal or stop
+    // being so.
+    let mut repainted: Vec<Birth> = old_paints.iter().chain(&new_paints).map(|p| p.vertex).collect();
+    repainted.sort_unstable();
+    repainted.dedup();
+    let mut before: Vec<Vec<(Source, Paint)>> =
+        repainted.iter().map(|&v| plan::paints_of(index, kept.scene, kept.mesh, v)).collect();
+    for (vertex, paints, values) in colour_values(index, kept, delta) {
+        let mut now = paints.clone();
+        for (source, paint) in &mut now {
+            if let Some((_, colour)) = values.iter().rev().find(|v| v.0 == *source) {
+                paint.colour = *colour;
             }
         }
-        if !smooth {
-            write(kept, delta);
-            return None;
+        if !plan::alike(&paints, &now) && repainted.binary_search(&vertex).is_err() {
+            before.push(paints);
+            repainted.push(vertex);
         }
-        let behind = kept.scene.colours.len() > first + gone;
-        index.recount_colours(first, &old, &new_paints, behind);
+    }
+    let replanned = !delta.geometry.is_empty() || !repainted.is_empty() || !delta.sharp.is_empty();
+    let global = matches!(kept.mode, Mode::Global(_));
+    let planned = kept.mode == Mode::Adaptive { isolate: 0 } && kept.refinement.rules == Rules::Gradtess;
+    let why = match (kept.mode, kept.refinement.rules) {
+        _ if kept.table.faces.is_empty() => Some(Whole::Empty),
+        _ if !replanned || planned || global => None,
+        (Mode::Adaptive { isolate: 0 }, _) => Some(Whole::Cascade),
+        _ => Some(Whole::Isolation),
+    };
+    if let Some(why) = why {
+        write(kept, delta);
+        return Err(why);
+    }
+    if planned && replanned {
+        index.count_causes(kept.scene, kept.mesh, kept.refinement).ok_or(Whole::Unfit)?;
+    }
+    let (mut went, mut came) = (Vec::new(), Vec::new());
+    if planned {
+        for (moves, names) in [(&old, &mut went), (&new, &mut came)] {
+            names.extend(moves.iter().map(|m| index.asked_by(kept.mesh, m)));
+        }
+    }
+    let old_tags = kept.scene.sharp[delta.sharp.at..delta.sharp.at + delta.sharp.removed].to_vec();
+    news.sectors.resize_with(kept.refinement.levels.len(), Vec::new);
+    for p in old_paints.iter().chain(&new_paints) {
+        if let Some(vertices) = index.displace_group(p.level, p.slot, kept.refinement) {
+            news.sectors[p.level as usize].extend(vertices);
+        }
     }
 
     write(kept, delta);
-    for &vertex in &vertices {
-        came.push(index.asked_by_colours(kept.scene, kept.mesh, vertex));
-    }
-    if kept.scene.colours.len() > first + delta.colours.added.len() {
+    let behind = kept.scene.colours.len() > first + delta.colours.added.len();
+    index.renumber_entries(first, &old_paints, &new_paints, behind);
+    if behind {
         index.renumber_colours((first + gone) as u32, delta.colours.added.len() as i64 - gone as i64);
+    }
+    if planned && replanned {
+        let after: Vec<_> =
+            repainted.iter().map(|&v| plan::paints_of(index, kept.scene, kept.mesh, v)).map(without_sources).collect();
+        let before: Vec<_> = before.into_iter().map(without_sources).collect();
+        let recount = plan::Recount { paints: [&before, &after], tags: [&old_tags, &delta.sharp.added] };
+        index.recount(kept.scene, kept.mesh, &recount, &mut went, &mut came);
+    }
+    for (tags, more) in [(&old_tags, false), (&delta.sharp.added, true)] {
+        for &h in tags {
+            index.count_tag(kept.mesh, h, more);
+            let level = &kept.refinement.levels[0];
+            colour::straight(level, 8 * h, |e| {
+                news.sectors[0].extend([level.origin[e as usize], level.target(e)]);
+            });
+        }
     }
     if !news.points.is_empty() {
         index.place_points(kept.scene, kept.mesh);
@@ -290,26 +315,43 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touch
     if kept.scene.geometry.len() > at + added.len() {
         index.renumber((at + removed) as u32, added.len() as i64 - *removed as i64);
     }
-    index.rise(kept.refinement, &came, &mut changes)?;
+    index.rise(kept.refinement, &came, &mut changes);
     let places = (*at as u32..).zip(&new);
     news.moves.extend(places.filter_map(|(entry, m)| index.place_move(m, entry, kept.refinement)));
-    let mut groups: Vec<(u32, Paint)> = (first as u32..).zip(new_paints).collect();
-    groups.sort_by_key(|(_, p)| (p.level, p.vertex));
-    for group in groups.chunk_by(|(_, p), (_, q)| (p.level, p.vertex) == (q.level, q.vertex)) {
-        news.groups.push(index.place_group(group, kept.refinement)?);
+    let mut placed: Vec<(u32, Birth)> = old_paints.iter().chain(&new_paints).map(|p| (p.level, p.vertex)).collect();
+    placed.sort_unstable();
+    placed.dedup();
+    for (l, vertex) in placed {
+        let paints = plan::paints_of(index, kept.scene, kept.mesh, vertex);
+        let own = paints.into_iter().filter(|(_, p)| p.level == l).map(|(source, p)| (p.slot, source)).collect();
+        news.groups.extend(index.place_group(l, own, kept.refinement));
     }
     index.fall(kept.refinement, &went, &mut changes);
-    let levels = old.iter().chain(&new).map(|m| m.level);
-    let levels = levels.chain(delta.colours.added.iter().map(|e| e.level));
-    kept.refinement.edit_level = deepest(kept.scene, kept.refinement.edit_level.max(levels.max().unwrap_or(0)));
+    if replanned {
+        let levels = old.iter().chain(&new).map(|m| m.level);
+        let levels = levels.chain(delta.colours.added.iter().map(|e| e.level));
+        kept.refinement.edit_level = deepest(kept.scene, kept.refinement.edit_level.max(levels.max().unwrap_or(0)));
+    }
+    news.sectors.resize_with(kept.refinement.levels.len(), Vec::new);
     for l in 0..kept.refinement.levels.len() {
-        let mut vertices = std::mem::take(&mut changes.dirty(l).vertices);
+        let dirty = changes.dirty(l);
+        let mut vertices = std::mem::take(&mut dirty.vertices);
         vertices.retain(|&v| !index.has_left(l, v));
-        changes.dirty(l).corners.retain(|&v| !index.has_left(l, v));
+        dirty.corners.retain(|&v| !index.has_left(l, v));
+        news.sectors[l].append(&mut dirty.sectors);
         news.vertices.push(vertices);
     }
     news.moves.retain(|&(l, v)| !index.has_left(l as usize, v));
-    let changed = spread::spread(index, kept.scene, kept.mesh, kept.refinement, &delta.values, &news)?;
+    let spreads = spread::spread(index, kept.scene, kept.mesh, kept.refinement, &delta.values, &news);
+    for (l, spread) in spreads.iter().enumerate() {
+        for &v in &spread.parted {
+            changes.parted(&kept.refinement.levels[l], &index.levels[l], l, v);
+        }
+    }
+    if kept.refinement.rules == Rules::Authors && !global && changes.turned > 0 {
+        return Err(Whole::Cascade);
+    }
+    let changed: Vec<Vec<u32>> = spreads.into_iter().map(|spread| spread.changed).collect();
     let spread = Instant::now();
     let mut touched = if changes.turned > 0 {
         let draw = index.decide(kept.refinement, &mut changes);
@@ -323,7 +365,46 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Option<Touch
     (touched.came, touched.went) = (changes.came, changes.went);
     touched.vertices = changed.iter().map(Vec::len).sum();
     touched.times = [spread - start, spread.elapsed()];
-    Some(touched)
+    Ok(touched)
+}
+
+fn without_sources(paints: Vec<(Source, Paint)>) -> Vec<Paint> {
+    paints.into_iter().map(|(_, paint)| paint).collect()
+}
+
+/// Colours of a vertex, and those that change.
+type ColourValues = (Birth, Vec<(Source, Paint)>, Vec<(Source, DVec4)>);
+
+/// Vertices whose colours get other values, as the scene has them before.
+fn colour_values(index: &Index, kept: &Kept, delta: &Delta) -> Vec<ColourValues> {
+    let map = IndexMap::new(kept.mesh);
+    let Splice { at, removed, added } = &delta.colours;
+    let mut values: Vec<(Birth, Source, DVec4)> = Vec::new();
+    for e in &delta.values {
+        match *e {
+            ValueEdit::CornerColour(h, c) => {
+                values.push((map.birth(0, 8 * u64::from(h)), Source::Corner(h), c));
+            }
+            ValueEdit::Colour(i, c) => {
+                // Values change after edits have come and gone. What comes is looked at with them.
+                let i = i as usize;
+                let before = match i {
+                    _ if i < *at => i,
+                    _ if i < at + added.len() => continue,
+                    _ => i - added.len() + removed,
+                };
+                let paint = resolve_paint(before, &kept.scene.colours[before], &map).expect("the scene was refined");
+                values.push((paint.vertex, Source::Edit(before as u32), c));
+            }
+            _ => {}
+        }
+    }
+    values.sort_by_key(|v| v.0);
+    let of_vertex = |same: &[(Birth, Source, DVec4)]| {
+        let paints = plan::paints_of(index, kept.scene, kept.mesh, same[0].0);
+        (same[0].0, paints, same.iter().map(|&(_, source, c)| (source, c)).collect())
+    };
+    values.chunk_by(|a, b| a.0 == b.0).map(of_vertex).collect()
 }
 
 fn write(kept: &mut Kept, delta: &Delta) {
@@ -390,14 +471,20 @@ impl State {
     /// # Errors
     /// As [`State::new`]; the state is then as it was.
     pub fn set(&mut self, scene: Scene) -> Result<Outcome, IncrementalError> {
-        let fitting = delta(&self.scene, &scene).filter(|delta| fits(delta, &self.mesh));
-        if let Some(touched) = fitting.and_then(|delta| self.follow(&delta)) {
-            // What edits do not see: names, lines, the picture below.
-            self.scene = scene;
-            return Ok(Outcome::Local(touched));
-        }
+        let why = match delta(&self.scene, &scene) {
+            None => Whole::Mesh,
+            Some(delta) if !fits(&delta, &self.mesh) => Whole::Unfit,
+            Some(delta) => match self.follow(&delta) {
+                Ok(touched) => {
+                    // What edits do not see: names, lines, the picture below.
+                    self.scene = scene;
+                    return Ok(Outcome::Local(touched));
+                }
+                Err(why) => why,
+            },
+        };
         *self = State::new(scene, self.options, self.irregular)?;
-        Ok(Outcome::Rebuilt)
+        Ok(Outcome::Rebuilt(why))
     }
 
     /// Makes edits. A table that edits have left with more room than patches is built anew first.
@@ -414,20 +501,20 @@ impl State {
         resolved(&delta.geometry, &self.mesh).map_err(RefineError::from)?;
         resolved_paints(&delta.colours, &self.mesh).map_err(RefineError::from)?;
         match self.follow(delta) {
-            Some(touched) => Ok(Outcome::Local(touched)),
-            None => {
+            Ok(touched) => Ok(Outcome::Local(touched)),
+            Err(why) => {
                 self.rebuild();
-                Ok(Outcome::Rebuilt)
+                Ok(Outcome::Rebuilt(why))
             }
         }
     }
 
-    fn follow(&mut self, delta: &Delta) -> Option<Touched> {
+    fn follow(&mut self, delta: &Delta) -> Result<Touched, Whole> {
         let State { scene, mesh, refinement, table, irregular, index, options } = self;
         let index = index.get_or_insert_with(|| Index::new(scene, mesh, refinement, table));
         let mut kept = Kept { scene, mesh, refinement, table, irregular: *irregular, mode: options.mode };
         let touched = follow(index, &mut kept, delta);
-        if touched.is_none() {
+        if touched.is_err() {
             self.index = None;
         }
         touched

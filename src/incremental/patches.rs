@@ -29,10 +29,14 @@ pub fn replace(
     let mut cut = Cut::new(refinement.levels.len());
     let mut touched = Touched::default();
     for (l, vertices) in changed.iter().enumerate() {
-        for f in faces_near(index, refinement, l, vertices) {
-            cut.drawn[l].push(f);
-            touched.faces += 1;
-            cut.add_beside(refinement, l, f);
+        faces_near(index, refinement, l, vertices, &mut cut.drawn);
+    }
+    for l in 0..cut.drawn.len() {
+        cut.drawn[l].sort_unstable();
+        cut.drawn[l].dedup();
+        touched.faces += cut.drawn[l].len();
+        for i in 0..cut.drawn[l].len() {
+            cut.add_beside(refinement, l, cut.drawn[l][i]);
         }
     }
     if touched.faces == 0 {
@@ -107,11 +111,11 @@ pub(super) fn redraw(
         draw.iter().for_each(|&f| corners_of(refinement, l, f, &mut seeds));
     }
     let (mut anew, _) = incident(index, refinement, seeds);
-    for (l, (anew, draw)) in anew.iter_mut().zip(draw).enumerate() {
+    for (l, changed) in changed.iter().enumerate() {
+        faces_near(index, refinement, l, changed, &mut anew);
+    }
+    for (anew, draw) in anew.iter_mut().zip(draw) {
         anew.extend(draw);
-        if let Some(changed) = changed.get(l) {
-            anew.extend(faces_near(index, refinement, l, changed));
-        }
         anew.sort_unstable();
         anew.dedup();
     }
@@ -180,10 +184,12 @@ pub(super) fn redraw(
                     let level = firsts.partition_point(|&first| first <= point) - 1;
                     *known = index.slots.point(table, small.control[point as usize], level as u8, &mut written);
                 } else {
-                    debug_assert_eq!(
-                        table.control[*known as usize].map(f64::to_bits),
-                        small.control[point as usize].map(f64::to_bits),
-                    );
+                    // A corner that a finer face shares, which stays as it is but for that.
+                    let (new, old) = (&small.control[point as usize], &mut table.control[*known as usize]);
+                    if old.map(f64::to_bits) != new.map(f64::to_bits) {
+                        *old = *new;
+                        written.control.push(*known);
+                    }
                 }
                 own.push(*known);
             }
@@ -256,13 +262,15 @@ fn incident(index: &mut Index, refinement: &Refinement, seeds: Vec<Vec<u32>>) ->
     (faces, vertices)
 }
 
-/// Drawn faces of level `l` that touch a face of one of the vertices, ascending.
-fn faces_near(index: &mut Index, refinement: &Refinement, l: usize, vertices: &[u32]) -> Vec<u32> {
+/// Adds the drawn faces that touch a face of one of the vertices of level `l` to those of each level, and the transition
+/// faces of the level above whose edges are split there.
+fn faces_near(index: &mut Index, refinement: &Refinement, l: usize, vertices: &[u32], near: &mut [Vec<u32>]) {
     if vertices.is_empty() {
-        return Vec::new();
+        return;
     }
     let epochs = [index.next_epoch(), index.next_epoch()];
-    let own = &mut index.levels[l];
+    let (above, rest) = index.levels.split_at_mut(l);
+    let own = &mut rest[0];
     let level = &refinement.levels[l];
     let mut found = Vec::new();
     for h in vertices.iter().flat_map(|&v| own.around.of(v)) {
@@ -277,11 +285,21 @@ fn faces_near(index: &mut Index, refinement: &Refinement, l: usize, vertices: &[
             }
         }
     }
-    found.retain(|&f| {
-        own.drawn[f as usize] != NONE && std::mem::replace(&mut own.face_mark[f as usize], epochs[1]) != epochs[1]
-    });
-    found.sort_unstable();
-    found
+    for f in found {
+        if std::mem::replace(&mut own.face_mark[f as usize], epochs[1]) == epochs[1] {
+            continue;
+        }
+        if own.drawn[f as usize] != NONE {
+            near[l].push(f);
+        } else if let Some(above) = above.last().filter(|_| refinement.fates[l][f as usize] == 0) {
+            // Padding of a face whose edges may be split.
+            let parent = refinement.levels[l - 1].face_of(own.parent[f as usize]);
+            let is_split = refinement.fates[l - 1][parent as usize] >> fate::TRANSITION != 0;
+            if is_split && above.drawn[parent as usize] != NONE {
+                near[l - 1].push(parent);
+            }
+        }
+    }
 }
 
 /// Which faces are cut out of each level.

@@ -5,38 +5,71 @@
 //! ([`Causes`]). So an edit that comes or goes is one cause more or less, whatever else is there.
 
 use super::grow::{grow, shrink, Changes};
-use super::index::Index;
-use super::memory::{of, of_map};
+use super::index::{Index, Source};
 use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::refine::edits::{resolve, resolve_paint, Move, Paint};
 use crate::refine::forest::Causes;
-use crate::refine::meetings::meetings;
-use crate::refine::{around_polygons, fate, fate_of, Refinement};
+use crate::refine::meetings::{Birth, Stars};
+use crate::refine::{fate, fate_of, Refinement};
 use crate::scene::Scene;
-use crate::subdiv::index_map::{IndexMap, Slot};
+use crate::subdiv::index_map::IndexMap;
 use crate::subdiv::level::{Level, CUT};
-use std::collections::HashMap;
-use std::ops::Range;
 
 /// The plan by its causes.
 #[derive(Clone)]
 pub struct Plan {
     causes: Causes,
-    /// Vertices of M^0 around faces that are no quads.
-    around_polygons: Vec<bool>,
-    /// Entries of [`Scene::colours`] of each vertex, ascending; of no vertex that has none.
-    painted: HashMap<Birth, Vec<u32>>,
+    /// What sharp edges reach.
+    stars: Stars,
 }
-
-/// First level of a vertex and its least slot there.
-type Birth = (u32, Slot);
 
 impl Plan {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let entries: usize = self.painted.values().map(of).sum();
-        self.causes.bytes() + of(&self.around_polygons) + of_map(&self.painted) + entries
+        self.causes.bytes() + self.stars.bytes()
     }
+}
+
+/// Colour edits and tags that come or go.
+pub(super) struct Recount<'a> {
+    /// All colour edits of the vertices that have others now, as they were; then as they are.
+    pub paints: [&'a [Vec<Paint>]; 2],
+    /// Tags that go and come.
+    pub tags: [&'a [u32]; 2],
+}
+
+/// All colour edits of a vertex, by level, the input's colours among them.
+pub(super) fn paints_of(index: &Index, scene: &Scene, mesh: &HalfEdgeMesh, vertex: Birth) -> Vec<(Source, Paint)> {
+    let map = IndexMap::new(mesh);
+    let entries = index.entries.get(&vertex).into_iter().flatten();
+    let paint = |&i: &u32| {
+        let paint = resolve_paint(i as usize, &scene.colours[i as usize], &map).expect("it fits the mesh");
+        (Source::Edit(i), paint)
+    };
+    let mut paints: Vec<(Source, Paint)> = entries.map(paint).collect();
+    if vertex.0 == 0 && !scene.corner_colours.is_empty() && map.is_colour_vertex(0, vertex.1) {
+        let own = paints.len();
+        map.around(0, vertex.1, |slot| {
+            if paints[..own].iter().all(|(_, p)| (p.level, p.slot) != (0, slot)) {
+                let h = (slot >> 3) as u32;
+                let colour = scene.corner_colours[h as usize];
+                paints.push((Source::Corner(h), Paint { level: 0, slot, vertex, colour }));
+            }
+        });
+    }
+    paints.sort_by_key(|(_, p)| p.level);
+    paints
+}
+
+/// Whether the same sectors have equal colours in both.
+pub(super) fn alike(a: &[(Source, Paint)], b: &[(Source, Paint)]) -> bool {
+    let same = |(_, p): &(Source, Paint), (_, q): &(Source, Paint)| (p.level, p.slot) == (q.level, q.slot);
+    let equal = |list: &[(Source, Paint)], i: usize, j: usize| {
+        list[i].1.level == list[j].1.level && list[i].1.colour == list[j].1.colour
+    };
+    a.len() == b.len()
+        && a.iter().zip(b).all(|(p, q)| same(p, q))
+        && (0..a.len()).all(|i| (0..i).all(|j| equal(a, i, j) == equal(b, i, j)))
 }
 
 impl Index {
@@ -69,16 +102,53 @@ impl Index {
         for group in edits.paints.chunk_by(|a, b| a.vertex == b.vertex) {
             count(causes.of_paints(&map, group))?;
         }
-        for m in meetings(&map, &edits.paints, &scene.sharp, scene.corners) {
+        let mut stars = Stars::default();
+        scene.sharp.iter().for_each(|&h| stars.count_tag(&map, h, true, |_| {}));
+        stars.count_paints(&map, &edits.paints, true, |_| {});
+        for m in stars.vertices().filter_map(|v| stars.meeting(&map, v, scene.corners)) {
             count(causes.of_meeting(&map, &m))?;
         }
-        let around_polygons = around_polygons(&refinement.levels[0]);
-        let mut painted: HashMap<Birth, Vec<u32>> = HashMap::new();
-        for (i, e) in scene.colours.iter().enumerate() {
-            painted.entry(resolve_paint(i, e, &map).ok()?.vertex).or_default().push(i as u32);
-        }
-        self.plan = Some(Box::new(Plan { causes, around_polygons, painted }));
+        self.plan = Some(Box::new(Plan { causes, stars }));
         Some(())
+    }
+
+    /// Follows colour edits and tags that come and go: adds the names of the faces of each level that they ask for no longer
+    /// to `went`, and of those that they do to `came`.
+    pub(super) fn recount(
+        &mut self,
+        scene: &Scene,
+        mesh: &HalfEdgeMesh,
+        recount: &Recount,
+        went: &mut Vec<Vec<Vec<u64>>>,
+        came: &mut Vec<Vec<Vec<u64>>>,
+    ) {
+        let Plan { causes, stars } = &mut **self.plan.as_mut().expect("the causes are counted");
+        let map = IndexMap::new(mesh);
+        let mut reached: Vec<Birth> = Vec::new();
+        // Before anything is counted anew, whom it reaches.
+        let mut trial = Stars::default();
+        for (tags, paints) in recount.tags.into_iter().zip(recount.paints) {
+            tags.iter().for_each(|&h| trial.count_tag(&map, h, true, |v| reached.push(v)));
+            paints.iter().for_each(|paints| trial.count_paints(&map, paints, true, |v| reached.push(v)));
+        }
+        reached.sort_unstable();
+        reached.dedup();
+        let before: Vec<_> = reached.iter().map(|&v| stars.meeting(&map, v, scene.corners)).collect();
+        for (more, (tags, paints)) in [false, true].into_iter().zip(recount.tags.into_iter().zip(recount.paints)) {
+            tags.iter().for_each(|&h| stars.count_tag(&map, h, more, |_| {}));
+            for paints in paints.iter().filter(|paints| !paints.is_empty()) {
+                stars.count_paints(&map, paints, more, |_| {});
+                let names = if more { &mut *came } else { &mut *went };
+                names.push(causes.of_paints(&map, paints).to_vec());
+            }
+        }
+        for (v, before) in reached.into_iter().zip(before) {
+            let now = stars.meeting(&map, v, scene.corners);
+            if now != before {
+                went.extend(before.map(|m| causes.of_meeting(&map, &m).to_vec()));
+                came.extend(now.map(|m| causes.of_meeting(&map, &m).to_vec()));
+            }
+        }
     }
 
     /// Names of the faces of each level that a geometry edit asks for.
@@ -87,67 +157,29 @@ impl Index {
         plan.causes.of_move(&IndexMap::new(mesh), m).to_vec()
     }
 
-    /// Names of the faces of each level that the colour edits of a vertex ask for.
-    pub(super) fn asked_by_colours(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, vertex: Birth) -> Vec<Vec<u64>> {
-        let plan = self.plan.as_mut().expect("the causes are counted");
-        let map = IndexMap::new(mesh);
-        let entries = plan.painted.get(&vertex).map_or(&[][..], |list| list);
-        let paint = |&i: &u32| resolve_paint(i as usize, &scene.colours[i as usize], &map).expect("it fits the mesh");
-        let mut group: Vec<Paint> = entries.iter().map(paint).collect();
-        group.sort_by_key(|p| p.level);
-        if group.is_empty() {
-            return Vec::new();
-        }
-        plan.causes.of_paints(&map, &group).to_vec()
-    }
-
-    /// Whether `paints` are of whole vertices, each with one colour all around, and the vertices have no other colour edit
-    /// of their level: then no edge becomes sharp. `own`: entries in the scene that are `paints` themselves.
-    pub(super) fn are_smooth(&self, scene: &Scene, mesh: &HalfEdgeMesh, paints: &[Paint], own: Range<usize>) -> bool {
-        let plan = self.plan.as_ref().expect("the causes are counted");
-        let map = IndexMap::new(mesh);
-        paints.iter().all(|p| {
-            let mut slots = Vec::new();
-            map.around(p.level, p.slot, |s| slots.push(s));
-            let same = paints.iter().filter(|q| (q.vertex, q.level) == (p.vertex, p.level));
-            let entries = plan.painted.get(&p.vertex).into_iter().flatten();
-            let mut others = entries.filter(|&&i| !own.contains(&(i as usize)));
-            (p.level > 0 || scene.corner_colours.is_empty())
-                && same.clone().count() == slots.len()
-                && slots.iter().all(|s| same.clone().any(|q| q.slot == *s && q.colour == p.colour))
-                && others.all(|&i| scene.colours[i as usize].level != p.level)
-        })
-    }
-
     /// Instead of colour edits `old`, the scene has `new` from entry `at` on from now on; `behind`: others follow.
-    pub(super) fn recount_colours(&mut self, at: usize, old: &[Paint], new: &[Paint], behind: bool) {
-        let plan = self.plan.as_mut().expect("the causes are counted");
+    pub(super) fn renumber_entries(&mut self, at: usize, old: &[Paint], new: &[Paint], behind: bool) {
         let (at, end, by) = (at as u32, (at + old.len()) as u32, new.len() as i64 - old.len() as i64);
         for p in old {
-            if let Some(entries) = plan.painted.get_mut(&p.vertex) {
+            if let Some(entries) = self.entries.get_mut(&p.vertex) {
                 entries.retain(|&i| i < at || i >= end);
                 if entries.is_empty() {
-                    plan.painted.remove(&p.vertex);
+                    self.entries.remove(&p.vertex);
                 }
             }
         }
         if behind && by != 0 {
-            let moved = plan.painted.values_mut().flatten().filter(|i| **i >= end);
+            let moved = self.entries.values_mut().flatten().filter(|i| **i >= end);
             moved.for_each(|i| *i = (i64::from(*i) + by) as u32);
         }
         for (p, i) in new.iter().zip(at..) {
-            let entries = plan.painted.entry(p.vertex).or_default();
+            let entries = self.entries.entry(p.vertex).or_default();
             entries.insert(entries.partition_point(|&e| e < i), i);
         }
     }
 
-    /// Makes the faces below those that are asked for now. `None`: colours run through where faces would come.
-    pub(super) fn rise(
-        &mut self,
-        refinement: &mut Refinement,
-        added: &[Vec<Vec<u64>>],
-        changes: &mut Changes,
-    ) -> Option<()> {
+    /// Makes the faces below those that are asked for now.
+    pub(super) fn rise(&mut self, refinement: &mut Refinement, added: &[Vec<Vec<u64>>], changes: &mut Changes) {
         let deepest = added.iter().map(Vec::len).max().unwrap_or(0);
         for l in 0..deepest {
             let mut risen = Vec::new();
@@ -176,12 +208,11 @@ impl Index {
                 for h in refinement.levels[l].of_face(f) {
                     if refinement.levels[l].child[h as usize] >= CUT {
                         let v = refinement.levels[l].origin[h as usize];
-                        grow(refinement, &mut self.levels, l, v, changes)?;
+                        grow(refinement, &mut self.levels, l, v, changes);
                     }
                 }
             }
         }
-        Some(())
     }
 
     /// Takes the faces away that nothing asks for any more.
@@ -229,18 +260,23 @@ impl Index {
 
     /// Decides what becomes of the faces that changed and of their neighbours: those to draw anew, by level.
     pub(super) fn decide(&mut self, refinement: &mut Refinement, changes: &mut Changes) -> Vec<Vec<u32>> {
-        let plan = self.plan.as_ref().expect("the causes are counted");
+        let planned = self.plan.is_some();
         let mut draw = vec![Vec::new(); refinement.levels.len()];
         for (l, draw) in draw.iter_mut().enumerate() {
             let (level, own) = (&refinement.levels[l], &self.levels[l]);
-            let around: &[bool] = if l == 0 { &plan.around_polygons } else { &[] };
+            let (fates, rules) = (&mut refinement.fates[l], refinement.rules);
+            let around: &[bool] = if l == 0 { &self.around_polygons } else { &[] };
             let mut dirty = std::mem::take(&mut changes.dirty(l).faces);
             dirty.sort_unstable();
             dirty.dedup();
             for &f in dirty.iter().filter(|&&f| level.face[f as usize] != u64::MAX) {
-                let affected = |f: u32| own.asked[f as usize] > 0;
-                let now = fate_of(level, f, affected, around, refinement.corners);
-                let before = std::mem::replace(&mut refinement.fates[l][f as usize], now);
+                // Without a plan none comes or goes.
+                let affected = |f: u32| match planned {
+                    true => own.asked[f as usize] > 0,
+                    false => fates[f as usize] & fate::AFFECTED != 0,
+                };
+                let now = fate_of(level, f, affected, around, refinement.corners, rules);
+                let before = std::mem::replace(&mut fates[f as usize], now);
                 let entry = own.drawn[f as usize];
                 let drawn = now & fate::DRAWN != 0 && level.valence(f) == 4;
                 if now != before || drawn != (entry != NONE) {

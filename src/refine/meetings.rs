@@ -8,7 +8,7 @@ use super::edits::Paint;
 use crate::mesh::NONE;
 use crate::scene::CornerRule;
 use crate::subdiv::index_map::{IndexMap, Slot};
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 /// Levels that the faces around a meeting are refined in any case. One brings `scenes/unit/sharp_two_meet.json` from
 /// 0.16 % to 0.02 % of the RGB cube's diagonal.
@@ -23,61 +23,105 @@ pub struct Meeting {
     pub slot: Slot,
 }
 
-/// The sharp spokes of a vertex, as slots of the level where it was born.
-#[derive(Default)]
-struct Star {
-    level: u32,
-    spokes: Vec<Slot>,
-}
+/// First level of a vertex and its least slot there.
+pub(crate) type Birth = (u32, Slot);
+
+/// The sharp spokes of a vertex, as slots of the level where it was born; the level from which on each is sharp, and how
+/// many colours and tags make it so.
+type Star = Vec<(Slot, u32, u32)>;
+
+/// The vertices that sharp edges reach, and who makes them sharp: each group of colours and each tag adds its own share.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stars(HashMap<Birth, Star>);
 
 /// All meetings, by level and slot of birth. `paints` as [`super::edits::resolve`] sorts them; `sharp` are the tagged
 /// half-edges of the input. A sector that is painted beside one that is not counts as sharp, since its new colour is
 /// hardly the interpolated one. Time linear in edits and tags, times the levels.
 pub fn meetings(map: &IndexMap, paints: &[Paint], sharp: &[u32], corners: CornerRule) -> Vec<Meeting> {
-    let mut stars = BTreeMap::new();
-    for &h in sharp.iter().filter(|&&h| map.mesh().twin[h as usize] != NONE) {
-        add_chain(&mut stars, map, 0, 8 * u64::from(h));
-    }
-    for same in paints.chunk_by(|a, b| (a.vertex, a.level) == (b.vertex, b.level)) {
-        let level = same[0].level;
-        let painted = |d: Slot| same.iter().rev().find(|p| p.slot == d).map(|p| p.colour);
-        for p in same {
-            let own = painted(p.slot);
-            if map.twin(level, p.slot).is_some_and(|t| painted(map.next(level, t)) != own) {
-                add_chain(&mut stars, map, level, p.slot);
-            }
-            if let Some(t) = map.spoke_after(level, p.slot).filter(|&t| painted(t) != own) {
-                add_chain(&mut stars, map, level, t);
-            }
-        }
-    }
-    stars
-        .into_iter()
-        .filter(|((level, slot), star)| is_irregular(map, *level, *slot, &star.spokes, corners))
-        .map(|((level, slot), star)| Meeting { level: star.level, slot: slot << (2 * (star.level - level)) })
-        .collect()
+    let mut stars = Stars::default();
+    sharp.iter().for_each(|&h| stars.count_tag(map, h, true, |_| {}));
+    stars.count_paints(map, paints, true, |_| {});
+    let mut born: Vec<Birth> = stars.0.keys().copied().collect();
+    born.sort_unstable();
+    born.into_iter().filter_map(|birth| stars.meeting(map, birth, corners)).collect()
 }
 
-/// The three edges straight on from `d` become sharp ([`crate::subdiv::edit::paint`]).
-fn add_chain(stars: &mut BTreeMap<(u32, Slot), Star>, map: &IndexMap, level: u32, d: Slot) {
-    let mut e = d;
-    for _ in 0..3 {
-        let Some(t) = map.twin(level, e) else { return };
-        for end in [e, t] {
-            let (mut l, mut spoke) = (level, end);
-            while l > 0 && spoke & 3 == 0 {
-                (l, spoke) = (l - 1, spoke >> 2);
-            }
-            let star = stars.entry(map.birth(l, spoke)).or_default();
-            star.level = star.level.max(level);
-            if !star.spokes.contains(&spoke) {
-                star.spokes.push(spoke);
+impl Stars {
+    /// Counts what colour edits make sharp, or (`more` false) does so no longer. They stand by vertex and level, all of a
+    /// vertex's level together. `visit` is told the vertices that are reached, some of them several times.
+    pub fn count_paints(&mut self, map: &IndexMap, paints: &[Paint], more: bool, mut visit: impl FnMut(Birth)) {
+        for same in paints.chunk_by(|a, b| (a.vertex, a.level) == (b.vertex, b.level)) {
+            let level = same[0].level;
+            let painted = |d: Slot| same.iter().rev().find(|p| p.slot == d).map(|p| p.colour);
+            for p in same {
+                let own = painted(p.slot);
+                if map.twin(level, p.slot).is_some_and(|t| painted(map.next(level, t)) != own) {
+                    self.count_chain(map, level, p.slot, more, &mut visit);
+                }
+                if let Some(t) = map.spoke_after(level, p.slot).filter(|&t| painted(t) != own) {
+                    self.count_chain(map, level, t, more, &mut visit);
+                }
             }
         }
-        match map.twin(level, map.next(level, e)) {
-            Some(t) => e = map.next(level, t),
-            None => return,
+    }
+
+    /// The same for the tag of an input half-edge.
+    pub fn count_tag(&mut self, map: &IndexMap, h: u32, more: bool, mut visit: impl FnMut(Birth)) {
+        if map.mesh().twin[h as usize] != NONE {
+            self.count_chain(map, 0, 8 * u64::from(h), more, &mut visit);
         }
+    }
+
+    /// The three edges straight on from `d` become sharp ([`crate::subdiv::edit::paint`]).
+    fn count_chain(&mut self, map: &IndexMap, level: u32, d: Slot, more: bool, visit: &mut impl FnMut(Birth)) {
+        let mut e = d;
+        for _ in 0..3 {
+            let Some(t) = map.twin(level, e) else { return };
+            for end in [e, t] {
+                let (mut l, mut spoke) = (level, end);
+                while l > 0 && spoke & 3 == 0 {
+                    (l, spoke) = (l - 1, spoke >> 2);
+                }
+                let birth = map.birth(l, spoke);
+                visit(birth);
+                let star = self.0.entry(birth).or_default();
+                let known = star.iter().position(|s| (s.0, s.1) == (spoke, level));
+                match (known, more) {
+                    (Some(i), true) => star[i].2 += 1,
+                    (None, true) => star.push((spoke, level, 1)),
+                    (Some(i), false) if star[i].2 > 1 => star[i].2 -= 1,
+                    (Some(i), false) => drop(star.swap_remove(i)),
+                    (None, false) => {}
+                }
+                if star.is_empty() {
+                    self.0.remove(&birth);
+                }
+            }
+            match map.twin(level, map.next(level, e)) {
+                Some(t) => e = map.next(level, t),
+                None => return,
+            }
+        }
+    }
+
+    /// Whether sharp edges meet at a vertex now.
+    pub fn meeting(&self, map: &IndexMap, birth: Birth, corners: CornerRule) -> Option<Meeting> {
+        let star = self.0.get(&birth)?;
+        let spokes: Vec<Slot> = star.iter().map(|s| s.0).collect();
+        let level = star.iter().map(|s| s.1).max()?;
+        let (own, slot) = birth;
+        is_irregular(map, own, slot, &spokes, corners).then(|| Meeting { level, slot: slot << (2 * (level - own)) })
+    }
+
+    /// All vertices that sharp edges reach.
+    pub fn vertices(&self) -> impl Iterator<Item = Birth> + '_ {
+        self.0.keys().copied()
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let entries: usize = self.0.values().map(|star| size_of::<(Slot, u32, u32)>() * star.capacity()).sum();
+        (size_of::<(Birth, Star)>() + 1) * self.0.capacity() * 8 / 7 + entries
     }
 }
 

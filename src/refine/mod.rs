@@ -349,6 +349,7 @@ pub(crate) fn fate_of(
     affected: impl Fn(u32) -> bool,
     around_polygons: &[bool],
     corners: CornerRule,
+    rules: Rules,
 ) -> u8 {
     if affected(f) {
         return fate::AFFECTED;
@@ -357,7 +358,7 @@ pub(crate) fn fate_of(
         return 0;
     }
     let mut bits = fate::DRAWN;
-    let irregular = |h: u32| irregular_corner(level, h, around_polygons, corners, Rules::Gradtess);
+    let irregular = |h: u32| irregular_corner(level, h, around_polygons, corners, rules);
     if level.valence(f) != 4 || level.of_face(f).any(irregular) {
         bits |= fate::IRREGULAR;
     }

@@ -248,7 +248,13 @@ impl Source for SubdivisionSource {
                 let [_, patches] = touched.times.map(|t| t.as_secs_f64() * 1e3);
                 fields.cpu_patch_ms = Some(patches);
                 fields.cpu_refine_ms = both.map(|ms| ms - patches);
-                fields.upload_bytes = Some(gpu.update_points(table, &state.table, &touched.changed.control)?.bytes);
+                let changed = &touched.changed;
+                let uploaded = match changed.indices.is_empty() {
+                    true => gpu.update_points(table, &state.table, &changed.control),
+                    // Colours became equal or stopped being so: other patches.
+                    false => gpu.update_parts(table, &state.table, &changed.control, &changed.indices),
+                }?;
+                fields.upload_bytes = Some(uploaded.bytes);
                 fields.faces_touched = Some(touched.faces as u64);
                 fields.patches_changed = Some(touched.patches as u64);
             } else {
