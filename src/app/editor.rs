@@ -324,6 +324,8 @@ impl Editor {
             if step.change.renumbers() {
                 self.selection.clear();
             }
+        } else {
+            self.note_abandoned();
         }
     }
 
@@ -336,6 +338,7 @@ impl Editor {
             if let Err(e) = self.model.set(gesture.before) {
                 self.fail(e);
             }
+            self.note_abandoned();
         }
     }
 
@@ -382,6 +385,14 @@ impl Editor {
         }
         let Some(journal) = &mut self.journal else { return };
         if let Err(e) = write(journal) {
+            self.journal = None;
+            self.fail(format_args!("the journal cannot be written ({e}); save soon"));
+        }
+    }
+
+    /// A gesture came to nothing; its journal may have more.
+    fn note_abandoned(&mut self) {
+        if let Some(Err(e)) = self.journal.as_mut().map(Journal::abandon) {
             self.journal = None;
             self.fail(format_args!("the journal cannot be written ({e}); save soon"));
         }

@@ -1,7 +1,7 @@
 //! The journal of a session: enough to restore everything after a crash but the last moment.
 //!
 //! One JSON document a line. The first is the scene as the session found it; then every step, undo and redo, and a
-//! `live` line with what a gesture has done so far. A reader stops at the first line that is spoiled.
+//! `live` line with what a gesture has done so far, with an `abandoned` one if it is given up. A reader stops at the first line that is spoiled.
 
 use super::change::Change;
 use super::history::{History, Step};
@@ -23,6 +23,7 @@ enum Line {
     Undo,
     Redo,
     Live { change: Change },
+    Abandoned,
 }
 
 /// An open journal.
@@ -31,6 +32,8 @@ pub struct Journal {
     // Steps in it that can be undone and redone, since it last held an undo or redo of a step from before it.
     done: usize,
     undone: usize,
+    // Whether the last line is that of a gesture that goes on.
+    live: bool,
 }
 
 /// What a journal holds.
@@ -55,7 +58,7 @@ impl Journal {
     /// # Errors
     /// Neither folder can be written to.
     pub fn begin(file: Option<&Path>, state: Option<&Path>, scene: &Scene) -> std::io::Result<Journal> {
-        let mut journal = Journal { file: JournalFile::create(file, state)?, done: 0, undone: 0 };
+        let mut journal = Journal { file: JournalFile::create(file, state)?, done: 0, undone: 0, live: false };
         let file = file.map(|f| std::path::absolute(f).unwrap_or_else(|_| f.to_path_buf()));
         journal.write(&Line::Begin { version: VERSION, file, scene: native::write(scene) })?;
         Ok(journal)
@@ -100,7 +103,19 @@ impl Journal {
         self.write(&Line::Live { change })
     }
 
+    /// A gesture is given up: what it had done so far did not happen.
+    ///
+    /// # Errors
+    /// As [`Journal::step`].
+    pub fn abandon(&mut self) -> std::io::Result<()> {
+        match self.live {
+            true => self.write(&Line::Abandoned),
+            false => Ok(()),
+        }
+    }
+
     fn write(&mut self, line: &Line) -> std::io::Result<()> {
+        self.live = matches!(line, Line::Live { .. });
         self.file.append(std::slice::from_ref(line))
     }
 
@@ -141,6 +156,7 @@ pub fn restore(path: &Path) -> Result<Restored, String> {
                 }
                 out.history.add(Step { label, change });
             }
+            Line::Abandoned => {}
             Line::Undo => {
                 out.history.undo(&mut out.scene);
             }
@@ -211,6 +227,28 @@ mod tests {
         let mut torn = std::fs::OpenOptions::new().append(true).open(journal.path()).unwrap();
         std::io::Write::write_all(&mut torn, b"{\"step\":{\"label\":\"mo").unwrap();
         assert_eq!(restore(journal.path()).unwrap().scene, now);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_gesture_that_is_given_up_leaves_nothing() {
+        let folder = folder("given-up");
+        let mut now = scene();
+        let mut history = History::default();
+        let mut journal = Journal::begin(None, Some(&folder), &now).unwrap();
+        journal.step(&moved(&mut now, &mut history, 0.3)).unwrap();
+        // Nothing to say while none goes on.
+        let length = |journal: &Journal| std::fs::metadata(journal.path()).unwrap().len();
+        let before = length(&journal);
+        journal.abandon().unwrap();
+        assert_eq!(length(&journal), before);
+        let mut dragged = now.clone();
+        dragged.mesh.positions[2].y = 7.0;
+        journal.live(Change::between(&now, &dragged)).unwrap();
+        assert_eq!(restore(journal.path()).unwrap().scene, dragged);
+        journal.abandon().unwrap();
+        let read = restore(journal.path()).unwrap();
+        assert_eq!((&read.scene, read.history.labels()), (&now, history.labels()));
         std::fs::remove_dir_all(folder).unwrap();
     }
 
