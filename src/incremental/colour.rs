@@ -10,7 +10,7 @@ use crate::scene::{CornerRule, Scene};
 use crate::subdiv::gather::{self, Around};
 use crate::subdiv::level::{vertex_bits, Level, Value};
 use glam::{DVec2, DVec4};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use vertex_bits::{BOUNDARY, DART, SECTORS};
 
 /// The colour edits of one vertex at one level.
@@ -213,12 +213,9 @@ impl Index {
         });
         waiting.extend(colours.iter().chain(&sectors).filter_map(|&v| group_of(v)));
         let mut painted: HashMap<u32, DVec4> = HashMap::new();
-        let mut seen = vec![false; if waiting.is_empty() { 0 } else { groups.len() }];
+        let mut seen = HashSet::new();
         while let Some(g) = waiting.pop() {
-            if seen.is_empty() {
-                seen = vec![false; groups.len()];
-            }
-            if std::mem::replace(&mut seen[g as usize], true) || groups[g as usize].paints.is_empty() {
+            if !seen.insert(g) || groups[g as usize].paints.is_empty() {
                 continue;
             }
             let group = &mut groups[g as usize];
