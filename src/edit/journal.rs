@@ -1,7 +1,8 @@
 //! The journal of a session: enough to restore everything after a crash but the last moment.
 //!
 //! One JSON document a line. The first is the scene as the session found it; then every step, undo and redo, and a
-//! `live` line with what a gesture has done so far, with an `abandoned` one if it is given up. A reader stops at the first line that is spoiled.
+//! `live` line with what a gesture has done so far, with an `abandoned` one if it is given up. A reader stops at the first
+//! line that is spoiled.
 
 use super::change::Change;
 use super::history::{History, Step};
