@@ -351,6 +351,7 @@ fn edits_are_followed_in_place_in_sheets_of_copies() {
                 (number(row, "faces_touched"), number(row, "patches_bicubic") + number(row, "patches_gregory"));
             let (sent, all) = (number(row, "upload_bytes"), number(row, "gpu_bytes"));
             seen[usize::from(local)] += 1;
+            assert_eq!(number(row, "edits_in_place"), f64::from(u8::from(local)));
             if local {
                 assert!(
                     touched < 0.25 * patches && sent < 0.25 * all,

@@ -268,6 +268,33 @@ fn an_edit_that_does_not_fit_leaves_all_as_it_was() {
 }
 
 #[test]
+fn compacting_gives_the_room_back_and_edits_go_on_in_place() {
+    let mesh = gradtess::scene::shapes::builtin("grid:6x6").unwrap();
+    let scene = Scene { mesh, ..Scene::default() };
+    let (options, irregular) = (Options::default(), Irregular::Gregory);
+    let fresh = |scene: &Scene| State::new(scene.clone(), options, irregular).unwrap();
+    let mut state = fresh(&scene);
+    assert!(!state.compact(), "nothing has been edited");
+    let edit = |half_edge| GeometryEdit { level: 2, half_edge, vertex: None, a: 0.1, b: 0.2, frame: Frame::Sector };
+    let mut next = scene;
+    for i in 0..24 {
+        next.geometry.push(edit(90 * i));
+        assert!(matches!(state.set(next.clone()).unwrap(), Outcome::Local(_)));
+    }
+    next.geometry.truncate(2);
+    assert!(matches!(state.set(next.clone()).unwrap(), Outcome::Local(_)));
+    let lengths = |table: &PatchTable| (table.control.len(), table.indices.len());
+    let (loose, tight) = (lengths(&state.table), lengths(&fresh(&next).table));
+    assert!(loose.0 > tight.0 && loose.1 > tight.1, "{loose:?} {tight:?}");
+    assert!(state.compact());
+    assert_eq!(lengths(&state.table), tight);
+    assert!(!state.compact(), "there is no room left");
+    next.geometry.push(edit(700));
+    assert!(matches!(state.set(next).unwrap(), Outcome::Local(_)));
+    assert_equal(&state, options, irregular, "an edit after that");
+}
+
+#[test]
 fn the_device_has_what_the_host_has_after_partial_uploads() {
     gpu_support::with_gpu(|gpu| {
         let (partial, parts, bytes) = (Cell::new(0), Cell::new(0), Cell::new([0u64; 2]));

@@ -155,7 +155,7 @@ fn ratios_of_constant_times_are_exact() {
 /// The columns as the protocol documents them.
 const DOCUMENTED: &str = "schema,run_id,repeat,frame,phase,cpu_start_ns,gpu_start_ns,cpu_frame_ms,cpu_edit_ms,cpu_refine_ms,cpu_patch_ms,\
 cpu_upload_ms,cpu_record_ms,cpu_submit_ms,cpu_wait_ms,in_present_ms,between_presents_ms,gpu_latency_ms,gpu_frame_ms,gpu_upload_ms,\
-gpu_regular_ms,gpu_transition_ms,gpu_gregory_ms,gpu_pattern_ms,gpu_overlay_ms,edits,faces_affected,faces_touched,patches_changed,max_level,patches_bicubic,\
+gpu_regular_ms,gpu_transition_ms,gpu_gregory_ms,gpu_pattern_ms,gpu_overlay_ms,edits,edits_in_place,faces_affected,faces_touched,patches_changed,max_level,patches_bicubic,\
 patches_transition,patches_gregory,patches_gregory_transition,tess_factor,control_points,upload_bytes,gpu_bytes,ia_primitives,vs_invocations,tcs_patches,\
 tes_invocations,clip_invocations,clip_primitives,fs_invocations,gpu_clock_mhz,gpu_temp_c,gpu_power_w";
 

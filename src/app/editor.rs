@@ -418,6 +418,16 @@ impl Editor {
         }
     }
 
+    /// What is to be done when nobody has done anything for a while: the room that edits left in the patch table goes.
+    pub fn rest(&mut self) {
+        if self.gesture.is_some() || self.gradient.is_some() {
+            return;
+        }
+        if let Err(e) = self.model.compact() {
+            self.fail(e);
+        }
+    }
+
     /// Whether a gesture goes on.
     pub fn in_gesture(&self) -> bool {
         self.gesture.is_some()

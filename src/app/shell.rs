@@ -485,6 +485,9 @@ impl Shell {
             }
             None => {
                 let idle = self.idle_since.elapsed();
+                if idle > Duration::from_secs(1) {
+                    self.editor.rest();
+                }
                 if idle > Duration::from_millis(300) {
                     std::thread::sleep(Duration::from_millis(if idle > Duration::from_secs(5) { 60 } else { 25 }));
                 }

@@ -123,6 +123,20 @@ impl Model {
         true
     }
 
+    /// Builds everything anew, if edits have left room in the table that is worth it; whether it was. For times when
+    /// nobody waits: takes a rebuild, and makes all that the next edit needs.
+    ///
+    /// # Errors
+    /// As [`Model::new`]; but the scene was built before.
+    pub fn compact(&mut self) -> Result<bool, EditError> {
+        if !self.index.as_ref().is_some_and(|index| index.is_loose(&self.table)) {
+            return Ok(false);
+        }
+        self.rebuild(self.scene.clone())?;
+        self.index = Some(Index::ready(&self.scene, &self.mesh, &self.refinement, &self.table, self.drawing.mode));
+        Ok(true)
+    }
+
     /// What of the table differs from that of an earlier revision; `None` where all may, or it is too long ago.
     pub fn changed_since(&self, revision: u64) -> Option<Changed> {
         let newer = self.steps.iter().filter(|s| s.0 > revision);

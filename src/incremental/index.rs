@@ -8,7 +8,7 @@ use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::patch::PatchTable;
 use crate::refine::edits::{resolve, resolve_paint, Move};
 use crate::refine::meetings::Birth;
-use crate::refine::{around_polygons, fate, Refinement};
+use crate::refine::{around_polygons, fate, Mode, Refinement, Rules};
 use crate::scene::{Handle, Scene};
 use crate::subdiv::edit::{frame, LocalMove};
 use crate::subdiv::gather::Around;
@@ -381,6 +381,22 @@ impl Index {
     /// Whether edits have left more room in the table than there are patches.
     pub fn is_fragmented(&self, table: &PatchTable) -> bool {
         self.slots.is_fragmented(table)
+    }
+
+    /// Whether more than an eighth of the table is room that edits left: worth a fresh one when there is time for it.
+    pub fn is_loose(&self, table: &PatchTable) -> bool {
+        self.slots.is_loose(table)
+    }
+
+    /// The ways back from a scene's edits to its patches, and which edits asked for which faces: all that a first edit would
+    /// make. Linear in the levels.
+    pub fn ready(scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement, table: &PatchTable, mode: Mode) -> Index {
+        let mut index = Index::new(scene, mesh, refinement, table);
+        if mode == (Mode::Adaptive { isolate: 0 }) && refinement.rules == Rules::Gradtess {
+            // What cannot be counted is found out, and said, by the edit that needs it.
+            let _ = index.count_causes(scene, mesh, refinement);
+        }
+        index
     }
 
     /// Control points of the table that are drawn with.

@@ -14,7 +14,7 @@
 //! A change of values takes time linear in the faces within its influence, on all levels. So does an edit that comes or
 //! goes, and a sharp tag; beside that, it renumbers the scene's edits behind it (some nanoseconds each) unless it is the
 //! last one. A table that such edits leave with more room than patches is built anew ([`State::apply`]), which costs each
-//! edit a constant share of its own faces.
+//! edit a constant share of its own faces; one with an eighth of room as soon as nobody waits ([`State::compact`]).
 //!
 //! Rebuilt as a whole is: other polygons, corner rules or none of the initial colours any more; under [`Rules::Authors`] and
 //! with isolation whatever changes more than values. The [`Outcome`] says which it was ([`Whole`]). The inverse indices of
@@ -530,6 +530,17 @@ impl State {
     pub fn prepare(&mut self) {
         let State { scene, mesh, refinement, table, index, .. } = self;
         index.get_or_insert_with(|| Index::new(scene, mesh, refinement, table));
+    }
+
+    /// Builds everything anew, if edits have left room in the table that is worth it; whether it was. For times when
+    /// nobody waits: takes a rebuild, and makes all that the next edit needs.
+    pub fn compact(&mut self) -> bool {
+        if !self.index.as_ref().is_some_and(|index| index.is_loose(&self.table)) {
+            return false;
+        }
+        self.rebuild();
+        self.index = Some(Index::ready(&self.scene, &self.mesh, &self.refinement, &self.table, self.options.mode));
+        true
     }
 
     /// Control points that something is drawn with: those of the table but for places that edits left unused.

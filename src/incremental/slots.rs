@@ -256,6 +256,13 @@ impl Slots {
         2 * self.free.len() > self.uses.len() + 1024 || table.indices.len() > 2 * used + spare
     }
 
+    /// Whether more than an eighth of the table is room that edits left: worth a fresh one when there is time for it.
+    pub fn is_loose(&self, table: &PatchTable) -> bool {
+        let used: usize = table.ranges.iter().map(|r| r.count as usize * r.stride()).sum();
+        let spare = LEAST_ROOM * 28 * table.ranges.len();
+        8 * self.free.len() > self.uses.len() || 8 * table.indices.len() > 9 * used + 8 * spare
+    }
+
     fn range_at(&self, table: &PatchTable, at: u32) -> usize {
         let holds = |r: &DrawRange| at >= r.first && at < r.first + r.count * r.stride() as u32;
         table.ranges.iter().position(holds).expect("a patch lies in a range")

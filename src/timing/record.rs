@@ -103,6 +103,8 @@ fields! {
     gpu_overlay_ms: f64,
     /// Edits applied anew in this frame.
     edits: u64,
+    /// Those of them that were followed in place; the others made everything anew.
+    edits_in_place: u64,
     /// Faces refined, on all levels.
     faces_affected: u64,
     /// Drawn faces made anew for the frame: all of them after a rebuild.

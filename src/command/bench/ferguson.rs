@@ -135,6 +135,7 @@ impl Source for FergusonSource {
         fields: &mut Fields,
         lap: &mut dyn FnMut() -> Option<f64>,
     ) -> Result<(), Failure> {
+        fields.edits_in_place = Some(0);
         if self.kind == EditsFlag::Rebuild {
             fields.edits = Some(0);
             fields.cpu_edit_ms = lap();
@@ -160,6 +161,7 @@ impl Source for FergusonSource {
                 let points: Vec<u32> = update.control.iter().cloned().flatten().map(|i| i as u32).collect();
                 let sent = gpu.update_points(table, self.live.table(), &points)?;
                 fields.cpu_upload_ms = lap();
+                fields.edits_in_place = Some(1);
                 fields.upload_bytes = Some(sent.bytes);
                 return Ok(());
             }

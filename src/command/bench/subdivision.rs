@@ -237,8 +237,8 @@ impl Source for SubdivisionSource {
         fields: &mut Fields,
         lap: &mut dyn FnMut() -> Option<f64>,
     ) -> Result<(), Failure> {
-        let (edits, changed) = self.replay.edits(i, self.replayed);
-        fields.edits = Some(changed);
+        let (edits, changed_edits) = self.replay.edits(i, self.replayed);
+        fields.edits = Some(changed_edits);
         self.replayed = Some(i);
         if let Some(state) = &mut self.state {
             fields.cpu_edit_ms = lap();
@@ -254,10 +254,12 @@ impl Source for SubdivisionSource {
                     // Colours became equal or stopped being so: other patches.
                     false => gpu.update_parts(table, &state.table, &changed.control, &changed.indices),
                 }?;
+                fields.edits_in_place = Some(changed_edits);
                 fields.upload_bytes = Some(uploaded.bytes);
                 fields.faces_touched = Some(touched.faces as u64);
                 fields.patches_changed = Some(touched.patches as u64);
             } else {
+                fields.edits_in_place = Some(0);
                 fields.cpu_refine_ms = both;
                 gpu.update(table, &state.table)?;
             }
@@ -265,6 +267,7 @@ impl Source for SubdivisionSource {
             return Ok(());
         }
         edits.iter().for_each(|e| e.write(&mut self.loaded.scene));
+        fields.edits_in_place = Some(0);
         fields.cpu_edit_ms = lap();
         let refinement = self.loaded.refine(self.options)?;
         fields.cpu_refine_ms = lap();
