@@ -2,6 +2,7 @@
 
 use super::editor::Editor;
 use super::files;
+use super::surface_journal;
 use crate::edit::{gradient, journal};
 use egui::{Context, Ui};
 use std::path::{Path, PathBuf};
@@ -64,6 +65,8 @@ pub enum LeftBehind {
     Scene(Box<journal::Restored>),
     /// A gradient mesh.
     Gradient(Box<gradient::journal::Restored>),
+    /// A surface in space.
+    Surface(Box<surface_journal::Restored>),
 }
 
 impl LeftBehind {
@@ -75,6 +78,9 @@ impl LeftBehind {
         if gradient::journal::is_one(path) {
             return gradient::journal::restore(path).map(Box::new).map(LeftBehind::Gradient);
         }
+        if surface_journal::is_one(path) {
+            return surface_journal::restore(path).map(Box::new).map(LeftBehind::Surface);
+        }
         journal::restore(path).map(Box::new).map(LeftBehind::Scene)
     }
 
@@ -83,6 +89,7 @@ impl LeftBehind {
         match self {
             LeftBehind::Scene(r) => (&r.path, r.file.as_deref(), r.steps),
             LeftBehind::Gradient(r) => (&r.path, r.file.as_deref(), r.steps),
+            LeftBehind::Surface(r) => (&r.path, r.file.as_deref(), r.steps),
         }
     }
 }

@@ -406,6 +406,12 @@ impl Editor {
             }
             return;
         }
+        if let Some(solid) = &mut self.solid {
+            if let Err(e) = solid.keep_journal(self.file.as_deref(), self.state.as_deref()) {
+                self.fail(format_args!("the journal cannot be written ({e}); save soon"));
+            }
+            return;
+        }
         let Some(gesture) = &mut self.gesture else { return };
         if gesture.written.elapsed() < LIVE {
             return;
@@ -420,7 +426,7 @@ impl Editor {
 
     /// What is to be done when nobody has done anything for a while: the room that edits left in the patch table goes.
     pub fn rest(&mut self) {
-        if self.gesture.is_some() || self.gradient.is_some() {
+        if self.gesture.is_some() || self.gradient.is_some() || self.solid.is_some() {
             return;
         }
         if let Err(e) = self.model.compact() {

@@ -29,6 +29,10 @@ mod shaping;
 mod shell;
 mod surface;
 mod surface_canvas;
+#[cfg(test)]
+mod surface_habits;
+mod surface_journal;
+mod surface_picture;
 mod timing;
 mod view;
 

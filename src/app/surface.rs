@@ -1,19 +1,14 @@
-//! A surface in space (ZBK23) that is open in the editor: its sharp edges and their steps, how it is drawn, and from where.
+//! A surface in space (ZBK23) that is open in the editor: its sharp edges and their steps, and from where it is seen.
 
+use super::surface_journal::Keeper;
+use super::surface_picture::Drawn;
 use crate::camera::{bounds, Camera, Projection};
-use crate::gpu::{Gpu, GpuError, Pixels, PreparedSolid, SolidFrame, SolidNormals, SolidShow, Tessellation};
+use crate::gpu::{SolidNormals, SolidShow};
 use crate::mesh::{self, HalfEdgeMesh, NONE};
-use crate::patch::solid::{Segments, SolidTable};
 use crate::scene::surface::{SurfaceScene, INFINITE};
-use crate::surface::adaptive::Depth;
-use crate::surface::drawing;
 use crate::surface::level::{Level, Scheme};
-use crate::surface::patches::{first_level, patches};
-use crate::surface::refine::levels;
-use crate::surface::shade::{shade, Settings};
-use crate::surface::triangulate::triangulate;
-use crate::surface::SurfaceError;
-use egui::{ColorImage, Pos2, Rect, TextureHandle, TextureId, TextureOptions};
+use crate::surface::shade::Settings;
+use egui::{Pos2, Rect};
 use glam::{DMat4, DVec3};
 use std::collections::BTreeSet;
 
@@ -79,13 +74,7 @@ impl Default for Orbit {
 }
 
 /// Vertical angle of view, degrees.
-const FOV: f64 = 30.0;
-
-/// Segments of a patch's side on level 0.
-const SEGMENTS: Segments = Segments::Base(32);
-
-/// Most half-edges of a level that follows the hand.
-const LIVELY: u64 = 4_000_000;
+pub(super) const FOV: f64 = 30.0;
 
 /// From space to the window.
 #[derive(Clone, Copy, Debug)]
@@ -108,26 +97,17 @@ impl Eye {
 }
 
 /// Edges and the sharpness that they had and got.
-struct Step {
-    edges: Vec<u32>,
+pub(super) struct Step {
+    pub(super) edges: Vec<u32>,
     before: Vec<f64>,
-    after: f64,
-}
-
-/// What the last picture was of, and all that made it.
-struct Drawn {
-    revision: u64,
-    options: Options,
-    table: SolidTable,
-    prepared: Option<(SolidFrame, PreparedSolid)>,
-    texture: Option<TextureHandle>,
+    pub(super) after: f64,
 }
 
 /// The surface and what follows from it. An edge goes by its lower half-edge.
 pub struct Solid {
     /// The surface; creases given by their ends have become sharpness of half-edges.
     pub scene: SurfaceScene,
-    mesh: HalfEdgeMesh,
+    pub(super) mesh: HalfEdgeMesh,
     /// How it is drawn.
     pub options: Options,
     /// From where.
@@ -136,13 +116,14 @@ pub struct Solid {
     pub selected: BTreeSet<u32>,
     /// Where the pointer went down, until it has moved: then it turns the surface.
     pub pressed: Option<Pos2>,
-    bounds: [DVec3; 2],
-    done: Vec<Step>,
-    undone: Vec<Step>,
-    gesture: Option<Step>,
-    saved_at: Option<usize>,
-    revision: u64,
-    drawn: Option<Drawn>,
+    pub(super) bounds: [DVec3; 2],
+    pub(super) done: Vec<Step>,
+    pub(super) undone: Vec<Step>,
+    pub(super) gesture: Option<Step>,
+    pub(super) saved_at: Option<usize>,
+    pub(super) keeper: Keeper,
+    pub(super) revision: u64,
+    pub(super) drawn: Option<Drawn>,
 }
 
 impl Solid {
@@ -169,6 +150,7 @@ impl Solid {
             undone: Vec::new(),
             gesture: None,
             saved_at: Some(0),
+            keeper: Keeper::default(),
             revision: 1,
             drawn: None,
         })
@@ -178,7 +160,12 @@ impl Solid {
 
     /// Edges of the control mesh.
     pub fn edges(&self) -> impl Iterator<Item = u32> + '_ {
-        (0..self.mesh.half_edges()).filter(|&h| self.mesh.twin[h as usize] == NONE || h < self.mesh.twin[h as usize])
+        (0..self.mesh.half_edges()).filter(|&h| self.is_edge(h))
+    }
+
+    /// Whether an edge goes by this half-edge.
+    pub fn is_edge(&self, h: u32) -> bool {
+        self.mesh.twin.get(h as usize).is_some_and(|&twin| twin == NONE || h < twin)
     }
 
     /// Its ends.
@@ -261,8 +248,9 @@ impl Solid {
     pub fn commit(&mut self) {
         let Some(step) = self.gesture.take() else { return };
         if step.before.iter().all(|&s| s == step.after) {
-            return;
+            return self.keeper.gave_up();
         }
+        self.keeper.step(&step);
         if self.saved_at.is_some_and(|at| at > self.done.len()) {
             self.saved_at = None;
         }
@@ -275,6 +263,7 @@ impl Solid {
         self.commit();
         let step = if forward { self.undone.pop() } else { self.done.pop() };
         let Some(step) = step else { return false };
+        self.keeper.moved(forward);
         self.put(&step.edges, |k| if forward { step.after } else { step.before[k] });
         self.selected = step.edges.iter().copied().collect();
         if forward {
@@ -293,6 +282,22 @@ impl Solid {
     /// It is on the disk as it is.
     pub fn saved(&mut self) {
         self.saved_at = Some(self.done.len());
+        self.keeper.end();
+    }
+
+    /// The surface before its first step.
+    pub fn as_opened(&self) -> SurfaceScene {
+        let mut scene = self.scene.clone();
+        for step in self.done.iter().chain(&self.gesture).rev() {
+            for (&h, &s) in step.edges.iter().zip(&step.before) {
+                scene.edge_sharpness[h as usize] = s;
+                let t = self.mesh.twin[h as usize];
+                if t != NONE {
+                    scene.edge_sharpness[t as usize] = s;
+                }
+            }
+        }
+        scene
     }
 
     /// Steps that can be undone.
@@ -323,111 +328,6 @@ impl Solid {
         let camera = self.camera(f64::from(rect.width() / rect.height().max(1.0)));
         let height = 2.0 * (0.5 * FOV.to_radians()).tan() * (camera.eye - camera.target).length();
         height / f64::from(rect.height().max(1.0))
-    }
-
-    /// The level that is drawn: the one chosen, or the finest that still follows the hand.
-    pub fn level(&self) -> u32 {
-        let corners = u64::from(self.mesh.half_edges());
-        let fits = |l: &u32| *l == 0 || corners.saturating_mul(4u64.saturating_pow(*l)) <= LIVELY;
-        (0..=self.options.level).rev().find(fits).unwrap_or(0)
-    }
-
-    fn table(&self) -> Result<SolidTable, SurfaceError> {
-        let o = self.options;
-        let cut = (o.scheme == Scheme::Loop).then(|| triangulate(&self.scene).0);
-        let scene = cut.as_ref().unwrap_or(&self.scene);
-        // Triangles of a manifold are one.
-        let cut_mesh = cut.as_ref().and_then(|scene| mesh::build(&scene.polygons()).ok());
-        let mesh = cut_mesh.as_ref().unwrap_or(&self.mesh);
-        if o.patches && o.shown != Shown::Mesh {
-            let control = Level::new(scene, mesh, o.scheme)?;
-            let last = o.level.max(first_level(&control));
-            let (_, made) = patches(&control, &scene.normals, &o.settings, Depth::adaptive(last, &o.settings));
-            let around = bounds(made.control.iter().map(|c| DVec3::new(c[0], c[1], c[2]))).unwrap_or_default();
-            return Ok(drawing::patches(&made, around));
-        }
-        let levels = levels(scene, mesh, o.scheme, self.level())?;
-        let last = &levels[levels.len() - 1];
-        if o.shown == Shown::Mesh {
-            return Ok(drawing::mesh(last, &last.position));
-        }
-        let settings = Settings { everywhere: o.normals == SolidNormals::Subdivided, ..o.settings };
-        let shaded = shade(&levels, &scene.normals, &settings);
-        let normals = match o.normals {
-            SolidNormals::Blended => &shaded.blended,
-            SolidNormals::Geometric => &shaded.geometric,
-            SolidNormals::Subdivided => &shaded.subdivided,
-        };
-        Ok(drawing::triangles(last, &shaded, &last.position, normals))
-    }
-
-    fn frame(&self, [width, height]: [u32; 2], samples: u32) -> SolidFrame {
-        let o = self.options;
-        SolidFrame {
-            width,
-            height,
-            camera: self.camera(f64::from(width) / f64::from(height.max(1))),
-            show: match o.shown {
-                Shown::Surface(show) => show,
-                Shown::Mesh => SolidShow::Plain,
-            },
-            stripes: o.stripes,
-            background: Some([0.86, 0.86, 0.88, 1.0]),
-            samples,
-            tessellation: Tessellation { segments: SEGMENTS, normals: o.normals, power: o.settings.power as f32 },
-        }
-    }
-
-    /// Draws the surface, unless the last picture is just this one, and returns its texture.
-    ///
-    /// # Errors
-    /// There is no such level, or the device fails: a line.
-    pub fn draw(
-        &mut self,
-        gpu: &Gpu,
-        ctx: &egui::Context,
-        size: [u32; 2],
-        samples: u32,
-    ) -> Result<Option<TextureId>, String> {
-        if size[0] == 0 || size[1] == 0 {
-            return Ok(None);
-        }
-        let frame = self.frame(size, samples);
-        let fresh = self.drawn.as_ref().is_some_and(|d| d.revision == self.revision && d.options == self.options);
-        if !fresh {
-            let texture = self.drawn.take().and_then(|d| d.texture);
-            let table = self.table().map_err(|e| e.to_string())?;
-            let (revision, options) = (self.revision, self.options);
-            self.drawn = Some(Drawn { revision, options, table, prepared: None, texture });
-        }
-        let Some(drawn) = &mut self.drawn else { return Ok(None) };
-        drawn.picture(gpu, ctx, frame).map_err(|e| e.to_string())
-    }
-}
-
-impl Drawn {
-    fn picture(&mut self, gpu: &Gpu, ctx: &egui::Context, frame: SolidFrame) -> Result<Option<TextureId>, GpuError> {
-        match &mut self.prepared {
-            Some((before, _)) if *before == frame => return Ok(self.texture.as_ref().map(TextureHandle::id)),
-            Some((before, prepared)) if SolidFrame { camera: before.camera, ..frame.clone() } == *before => {
-                prepared.look(frame.camera, &self.table);
-                *before = frame.clone();
-            }
-            _ => {
-                self.prepared = None;
-                let prepared = gpu.prepare_solid(&self.table, &frame)?;
-                self.prepared = Some((frame.clone(), prepared));
-            }
-        }
-        let Some((_, prepared)) = &self.prepared else { return Ok(None) };
-        prepared.run(true)?;
-        let Pixels::Rgba8(pixels) = prepared.pixels()? else { return Ok(None) };
-        let image = ColorImage::from_rgba_unmultiplied([frame.width as usize, frame.height as usize], &pixels);
-        match &mut self.texture {
-            Some(texture) => texture.set(image, TextureOptions::NEAREST),
-            None => self.texture = Some(ctx.load_texture("surface", image, TextureOptions::NEAREST)),
-        }
-        Ok(self.texture.as_ref().map(TextureHandle::id))
     }
 }
 
@@ -474,26 +374,5 @@ mod tests {
         let written = SurfaceScene::parse(crate::scene::surface::write(&solid.scene).as_bytes(), "test").unwrap();
         assert_eq!(written.edge_sharpness, solid.scene.edge_sharpness);
         assert_eq!(written.edge_sharpness.iter().filter(|&&s| s == 1.5).count(), 2);
-    }
-
-    #[test]
-    fn every_way_to_draw_it_makes_a_table() {
-        let mut solid = solid(CUBE);
-        for (scheme, patches, shown) in [
-            (Scheme::CatmullClark, false, Shown::Surface(SolidShow::Shaded)),
-            (Scheme::CatmullClark, true, Shown::Surface(SolidShow::Weights)),
-            (Scheme::CatmullClark, true, Shown::Mesh),
-            (Scheme::Loop, true, Shown::Surface(SolidShow::Highlight)),
-        ] {
-            for level in [0, 4] {
-                solid.options = Options { scheme, patches, shown, level, ..Options::default() };
-                let table = solid.table().unwrap();
-                assert!(table.parts.iter().any(|p| p.count > 0), "{:?}", solid.options);
-                let has_patches = table.parts.iter().any(|p| p.primitive.is_patch());
-                assert_eq!(has_patches, patches && shown != Shown::Mesh);
-            }
-        }
-        solid.options.level = 30;
-        assert_eq!(solid.level(), 8);
     }
 }

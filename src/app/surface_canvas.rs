@@ -11,7 +11,7 @@ use crate::surface::level::Scheme;
 use crate::surface::shade::Geometric;
 use crate::surface::weight::{Darts, Initial, Variant};
 use egui::{Color32, ComboBox, Key, PointerButton, Pos2, Response, Slider, Stroke, Ui};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Points that the pointer may move while it is held and still click.
 const STILL: f32 = 3.0;
@@ -43,8 +43,7 @@ impl Editor {
         match made {
             Ok((solid, notes)) => {
                 self.message = None;
-                if self.take(Editor::fresh("quad"), Some(file.to_path_buf())) {
-                    self.solid = Some(solid);
+                if self.take_surface(solid, Some(file.to_path_buf())) {
                     match notes.first() {
                         Some(note) => self.fail(format_args!("{name}: {note}")),
                         None => self.say(format_args!("opened {name}")),
@@ -54,6 +53,15 @@ impl Editor {
             Err(e) => self.fail(e),
         }
         true
+    }
+
+    /// Takes a surface in place of the scene at hand.
+    pub fn take_surface(&mut self, solid: Solid, file: Option<PathBuf>) -> bool {
+        let done = self.take(Editor::fresh("quad"), file);
+        if done {
+            self.solid = Some(solid);
+        }
+        done
     }
 
     /// Writes the surface; `true`: it is on the disk.

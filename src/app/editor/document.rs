@@ -2,6 +2,7 @@
 
 use super::super::canvas::Hand;
 use super::super::dialog::{Dialog, LeftBehind};
+use super::super::surface_journal;
 use super::Editor;
 use crate::edit::history::History;
 use crate::edit::model::Model;
@@ -25,7 +26,9 @@ impl Editor {
         if let Some(journal) = self.journal.take() {
             journal.end();
         }
-        self.solid = None;
+        if let Some(mut solid) = self.solid.take() {
+            solid.end_journal();
+        }
         if let Some(mut gradient) = self.gradient.take() {
             gradient.end_journal();
             self.forget_drawn();
@@ -63,7 +66,7 @@ impl Editor {
             if self.solid.is_some() && self.file.as_deref() == Some(file) {
                 self.remember(file);
             }
-            return;
+            return self.offer_left_behind(Some(file));
         }
         match Scene::load(file) {
             Ok(scene) => {
@@ -113,6 +116,14 @@ impl Editor {
                 }
                 self.tick();
                 (path, self.gradient.as_ref().is_some_and(|g| g.journal().is_some()))
+            }
+            LeftBehind::Surface(restored) => {
+                let surface_journal::Restored { path, file, solid, .. } = *restored;
+                if !self.take_surface(solid, file) {
+                    return;
+                }
+                self.tick();
+                (path, self.solid.as_ref().is_some_and(|s| s.journal().is_some()))
             }
         };
         match kept {
@@ -203,6 +214,15 @@ impl Editor {
             let path = gradient.journal().map(Path::to_path_buf).filter(|_| keep);
             if !keep {
                 gradient.end_journal();
+            }
+            return path;
+        }
+        if self.solid.is_some() {
+            self.tick();
+            let solid = self.solid.as_mut()?;
+            let path = solid.journal().map(Path::to_path_buf).filter(|_| keep);
+            if !keep {
+                solid.end_journal();
             }
             return path;
         }
