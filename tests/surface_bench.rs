@@ -1,7 +1,43 @@
 //! `bench` of surfaces: patches have less error than uniform levels of many more vertices.
 
+mod models;
+
 use serde_json::Value;
 use std::process::Command;
+
+#[test]
+fn patches_draw_spot_as_well_as_level_4_with_a_tenth_of_its_vertices_computed() {
+    let Some(models) = models::folder("surface", "bench of Spot") else { return };
+    let folder = std::env::temp_dir().join(format!("gradtess-spot-bench-{}", std::process::id()));
+    let spot = models.join("Spot2.obj");
+    let args = ["bench", spot.to_str().unwrap(), "-o", folder.to_str().unwrap(), "--short", "--level", "4", "--json"];
+    let ran = Command::new(env!("CARGO_BIN_EXE_gradtess")).args(args).args(["--size", "256x256"]).output().unwrap();
+    let text = String::from_utf8_lossy(&ran.stderr);
+    if !ran.status.success() && text.contains("no Vulkan device") {
+        println!("skipped: {text}");
+        return;
+    }
+    assert!(ran.status.success(), "{text}");
+    let report: Value = serde_json::from_slice(&ran.stdout).unwrap();
+    let found = &report["matches"][0];
+    assert_eq!(found["uniform_level"], 4);
+    let percent = found["computed_percent"].as_f64().unwrap();
+    assert!(percent <= 10.0, "{found}");
+    // That is what the rows say.
+    let rows = report["rows"].as_array().unwrap();
+    let row = |is: &dyn Fn(&Value) -> bool| rows.iter().find(|r| is(r)).unwrap();
+    let uniform = row(&|r| r["adaptive"] == false && r["limit"] == false && r["level"] == 4);
+    let patches = row(&|r| r["adaptive"] == true && r["level"] == found["level"] && r["segments"] == found["segments"]);
+    let number = |row: &Value, key: &str| row[key].as_f64().unwrap();
+    for key in ["silhouette_permille", "normal_mean_degrees"] {
+        assert!(number(patches, key) <= number(uniform, key), "{key}: {patches} {uniform}");
+    }
+    let computed = |row: &Value| number(row, "computed_vertices") + number(row, "computed_points");
+    assert_eq!(computed(uniform), 46_850.0);
+    assert!((percent - 100.0 * computed(patches) / computed(uniform)).abs() < 1e-9, "{found} {patches}");
+    assert!(number(patches, "computed_points") < 0.1 * number(patches, "device_vertices"), "{patches}");
+    let _ = std::fs::remove_dir_all(folder);
+}
 
 #[test]
 fn patches_have_less_error_for_fewer_vertices() {

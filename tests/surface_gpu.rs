@@ -208,3 +208,50 @@ fn normals_on_the_device_are_those_of_the_cpu() {
         }
     });
 }
+
+#[test]
+fn control_points_of_the_device_are_those_of_the_cpu() {
+    with_gpu(|gpu| {
+        for (text, scheme) in [(CUBE, Scheme::CatmullClark), (TETRAHEDRON, Scheme::Loop)] {
+            let control = &levels_of(text, scheme, 0)[0];
+            let (_, made) = patches(control, &[], &Settings::default(), Depth::adaptive(4, &Settings::default()));
+            let (bounds, _) = made.bounds();
+            let table = drawing::patches(&made, bounds);
+            let camera = Camera::orbit(bounds, 40.0, 25.0, Projection::Perspective { fov: 30.0 }, 1.0);
+            let prepared = gpu.prepare_solid(&table, &frame(camera, SolidShow::Normals, 1)).unwrap();
+            let points = prepared.points().unwrap();
+            prepared.run(true).unwrap();
+            assert_eq!(prepared.points().unwrap(), points);
+            let twin = table.stencils.as_ref().unwrap().points_of(&table.vertices);
+            assert_eq!(points.len(), twin.len());
+            let size = (bounds[1] - bounds[0]).length();
+            for (i, (point, twin)) in points.iter().zip(&twin).enumerate() {
+                let apart = point.iter().zip(twin).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                assert!(f64::from(apart) <= 1e-6 * size, "{scheme:?} {i}: {point:?} {twin:?}");
+                // Those after them tell patches which sides have finer neighbours.
+                if i < made.points() {
+                    let exact = made.control(i as u32);
+                    let found = DVec3::new(point[0].into(), point[1].into(), point[2].into()) + table.centre;
+                    assert!((found - DVec3::from_slice(&exact)).length() < 1e-6 * size, "{scheme:?} {i}");
+                    assert!((3..7).all(|c| (f64::from(point[c]) - exact[c]).abs() < 1e-6), "{scheme:?} {i}");
+                }
+            }
+            // No triangles: nothing is made.
+            let plain = self::table(&levels_of(text, scheme, 2));
+            let prepared = gpu.prepare_solid(&plain, &frame(camera, SolidShow::Normals, 1)).unwrap();
+            assert!(prepared.points().unwrap().is_empty());
+            // What points outside never gets to the device.
+            for spoil in [
+                |table: &mut SolidTable| table.vertices.truncate(3),
+                |table: &mut SolidTable| table.stencils.as_mut().unwrap().terms.truncate(7),
+                |table: &mut SolidTable| table.stencils.as_mut().unwrap().points[2][1] = 0,
+                |table: &mut SolidTable| table.stencils.as_mut().unwrap().points.truncate(9),
+                |table: &mut SolidTable| table.vertices[0][1] = 2e37,
+            ] {
+                let mut spoilt = table.clone();
+                spoil(&mut spoilt);
+                assert!(gpu.prepare_solid(&spoilt, &frame(camera, SolidShow::Normals, 1)).is_err());
+            }
+        }
+    });
+}

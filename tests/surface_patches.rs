@@ -148,7 +148,7 @@ fn channels_are_those_of_uniform_levels() {
     for (ids, place) in &made.gregory {
         let name = parts[place.level as usize].name[place.face as usize] as usize;
         let v = levels[4].origin[4 * name] as usize;
-        let [_, _, _, b, nx, ny, nz, _] = made.control[ids[0] as usize];
+        let [_, _, _, b, nx, ny, nz, _] = made.control(ids[0]);
         assert!((b.min(1.0) - shaded.weight[v]).abs() < 1e-12, "{b} {}", shaded.weight[v]);
         let n = glam::DVec3::new(nx, ny, nz);
         assert!(n.angle_between(shaded.subdivided[v]).to_degrees() < 1.0);

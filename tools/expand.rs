@@ -27,7 +27,7 @@ const fn out(name: &'static str, source: &'static str, defines: &'static [(&'sta
 
 /// Every output, in the order of the manifest.
 #[rustfmt::skip]
-pub const OUTPUTS: [Output; 57] = [
+pub const OUTPUTS: [Output; 58] = [
     out("patch.vert", "patch.vert", &[]),
     out("bicubic.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "0")]),
     out("bicubic_triangle.tesc", "patch.tesc", &[("GREGORY", "0"), ("SHAPE", "1")]),
@@ -73,6 +73,7 @@ pub const OUTPUTS: [Output; 57] = [
     out("pattern.tesc", "pattern.tesc", &[]),
     out("pattern.tese", "pattern.tese", &[]),
     out("pattern.frag", "pattern.frag", &[]),
+    out("stencil.comp", "stencil.comp", &[]),
     out("solid_bicubic.tesc", "solid.tesc", &[("GREGORY", "0"), ("TRANSITION", "0")]),
     out("solid_gregory.tesc", "solid.tesc", &[("GREGORY", "1"), ("TRANSITION", "0")]),
     out("solid_transition.tesc", "solid.tesc", &[("GREGORY", "0"), ("TRANSITION", "1")]),

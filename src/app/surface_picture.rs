@@ -1,7 +1,6 @@
 //! The picture of a surface that is open in the editor: what is drawn, made anew only where something else is asked for.
 
 use super::surface::{Options, Shown, Solid};
-use crate::camera::bounds;
 use crate::gpu::{Gpu, GpuError, Pixels, PreparedSolid, SolidFrame, SolidNormals, SolidShow, Tessellation};
 use crate::mesh;
 use crate::patch::solid::{Segments, SolidTable};
@@ -14,7 +13,6 @@ use crate::surface::shade::{shade, Settings};
 use crate::surface::triangulate::triangulate;
 use crate::surface::SurfaceError;
 use egui::{ColorImage, TextureHandle, TextureId, TextureOptions};
-use glam::DVec3;
 
 /// Segments of a patch's side on level 0.
 const SEGMENTS: Segments = Segments::Base(32);
@@ -50,8 +48,7 @@ impl Solid {
             let control = Level::new(scene, mesh, o.scheme)?;
             let last = o.level.max(first_level(&control));
             let (_, made) = patches(&control, &scene.normals, &o.settings, Depth::adaptive(last, &o.settings));
-            let around = bounds(made.control.iter().map(|c| DVec3::new(c[0], c[1], c[2]))).unwrap_or_default();
-            return Ok(drawing::patches(&made, around));
+            return Ok(drawing::patches(&made, made.bounds().0));
         }
         let levels = levels(scene, mesh, o.scheme, self.level())?;
         let last = &levels[levels.len() - 1];

@@ -11,6 +11,9 @@ use std::rc::Rc;
 /// Invocations of a work group, as every compute shader of the project declares them.
 const GROUP: u32 = 64;
 
+/// Most invocations that one dispatch may have on every device.
+pub(super) const MOST: u32 = 65_535 * GROUP;
+
 /// A compute pipeline with its one set of storage buffers, which have to outlive its use.
 pub(super) struct Kernel {
     context: Rc<Context>,
@@ -53,7 +56,7 @@ impl Kernel {
         Ok(made)
     }
 
-    /// Records one invocation for each of `count` things. Outside a render pass.
+    /// Records one invocation for each of `count` things, at most [`MOST`]. Outside a render pass.
     pub fn record(&self, commands: vk::CommandBuffer, push: &[u8], count: u32) {
         let (device, compute) = (&self.context.device, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: recording, outside a render pass; set, layout and pipeline belong together, and with the buffers they

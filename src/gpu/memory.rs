@@ -20,6 +20,8 @@ unsafe impl Plain for u32 {}
 unsafe impl Plain for f32 {}
 // SAFETY: as above.
 unsafe impl<const N: usize> Plain for [f32; N] {}
+// SAFETY: as above.
+unsafe impl<const N: usize> Plain for [u32; N] {}
 
 /// The bytes of a slice.
 pub(super) fn bytes_of<T: Plain>(slice: &[T]) -> &[u8] {

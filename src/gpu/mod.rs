@@ -37,6 +37,7 @@ mod readback;
 mod shader;
 mod show;
 mod solid;
+mod stencil;
 mod surface_format;
 mod swapchain;
 mod table;

@@ -30,6 +30,9 @@ pub(super) const SOLID_VERTEX: Spv = spv!("solid.vert");
 /// Colours pixels of surfaces in space.
 pub(super) const SOLID_FRAGMENT: Spv = spv!("solid.frag");
 
+/// Makes control points of patches in space.
+pub(super) const STENCIL: Spv = spv!("stencil.comp");
+
 /// A refinement pattern's vertex, by instance.
 pub(super) const PATTERN_VERTEX: Spv = spv!("pattern.vert");
 /// The same with its triangle's attributes as uniforms.

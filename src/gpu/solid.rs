@@ -1,4 +1,4 @@
-//! Draws scenes in space: triangles and lines with a depth buffer, coloured pixel by pixel.
+//! Draws scenes in space: triangles, lines and patches with a depth buffer, coloured pixel by pixel.
 
 use super::context::Context;
 use super::depth_frame::DepthFrame;
@@ -8,6 +8,7 @@ use super::graphics::Recipe;
 use super::memory::{bytes_of, Buffer, Plain};
 use super::query::Statistics;
 use super::shader;
+use super::stencil;
 use super::target::Passes;
 use crate::camera::{Camera, Projection};
 use crate::patch::solid::{Primitive, Segments, SolidTable};
@@ -166,6 +167,8 @@ pub struct PreparedSolid {
     push: SolidPush,
     // Vertices and indices; none of an empty table.
     buffers: Vec<Buffer>,
+    // Whether the device made the vertices.
+    points_made: bool,
     steps: Vec<Step>,
     pipelines: Vec<(Primitive, vk::Pipeline)>,
     layout: vk::PipelineLayout,
@@ -193,6 +196,7 @@ impl PreparedSolid {
             context: Rc::clone(context),
             frame: frame.clone(),
             buffers: Vec::new(),
+            points_made: false,
             steps: Vec::new(),
             pipelines: Vec::new(),
             layout: vk::PipelineLayout::null(),
@@ -214,12 +218,25 @@ impl PreparedSolid {
             let (first, count) = (part.first, part.count * points);
             made.steps.push(Step { pipeline, first, count, most, level: part.level });
         }
-        if !table.vertices.is_empty() && !table.indices.is_empty() {
-            made.buffers = made.shared.upload(&[
-                ("solid vertices", bytes_of(&table.vertices), vk::BufferUsageFlags::VERTEX_BUFFER),
-                ("solid indices", bytes_of(&table.indices), vk::BufferUsageFlags::INDEX_BUFFER),
-            ])?;
+        if table.points() == 0 || table.indices.is_empty() {
+            return Ok(made);
         }
+        let indices = ("solid indices", bytes_of(&table.indices), vk::BufferUsageFlags::INDEX_BUFFER);
+        let upload = |vertices: &[[f32; 8]]| {
+            let vertices = ("solid vertices", bytes_of(vertices), vk::BufferUsageFlags::VERTEX_BUFFER);
+            made.shared.upload(&[vertices, indices])
+        };
+        let most = context.info.limits.max_storage_buffer;
+        made.buffers = match &table.stencils {
+            None => upload(&table.vertices)?,
+            Some(stencils) if stencil::fits(stencils, table.vertices.len(), most) => {
+                let points = stencil::make(context, &made.shared, stencils, &table.vertices)?;
+                let indices = made.shared.upload(&[indices])?;
+                made.points_made = true;
+                std::iter::once(points).chain(indices).collect()
+            }
+            Some(stencils) => upload(&stencils.points_of(&table.vertices))?,
+        };
         Ok(made)
     }
 
@@ -304,6 +321,17 @@ impl PreparedSolid {
         }
     }
 
+    /// The points that the device has made by the table's stencils; none if it has not made any.
+    ///
+    /// # Errors
+    /// A call failed, the device was lost, or the host cannot see the memory.
+    pub fn points(&self) -> Result<Vec<[f32; 8]>, GpuError> {
+        match &self.buffers[..] {
+            [points, _] if self.points_made => stencil::read(&self.context, &self.shared, points),
+            _ => Ok(Vec::new()),
+        }
+    }
+
     /// The picture of the last `run(true)`, straight alpha, 8 bits.
     ///
     /// # Errors
@@ -325,15 +353,18 @@ impl PreparedSolid {
 fn check(context: &Context, table: &SolidTable, frame: &SolidFrame) -> Result<(), GpuError> {
     let fault = |what: String| Err(GpuError::Request(what));
     let most = u64::from(context.info.limits.max_index).min(u64::from(u32::MAX));
-    if table.vertices.len() as u64 > most || table.indices.len() as u64 > u64::from(u32::MAX) {
+    let points = table.points();
+    if points as u64 > most || table.indices.len() as u64 > u64::from(u32::MAX) {
         return fault(format!(
-            "{} vertices and {} indices are more than the device counts; ask for a lower level",
-            table.vertices.len(),
+            "{points} vertices and {} indices are more than the device counts; ask for a lower level",
             table.indices.len()
         ));
     }
-    if let Some(index) = table.indices.iter().find(|&&i| i as usize >= table.vertices.len()) {
-        return fault(format!("solid table: index {index} of {} vertices", table.vertices.len()));
+    if let Some(index) = table.indices.iter().find(|&&i| i as usize >= points) {
+        return fault(format!("solid table: index {index} of {points} vertices"));
+    }
+    if let Some(what) = table.stencils.as_ref().and_then(|s| stencil::fault(s, &table.vertices)) {
+        return fault(what);
     }
     for part in &table.parts {
         let end = u64::from(part.first) + u64::from(part.count) * part.primitive.points() as u64;

@@ -42,6 +42,7 @@ pub mod remap;
 mod runs;
 pub mod solid;
 pub mod space;
+pub mod stencil;
 pub mod stitched;
 pub mod tess;
 pub mod transition;

@@ -1,5 +1,6 @@
 //! What is drawn of a scene in space: vertices of two vec4 and lists of triangles, lines or patches that share them.
 
+use super::stencil::PackedStencils;
 use glam::DVec3;
 
 /// What a part's indices mean.
@@ -90,7 +91,9 @@ impl Segments {
 pub struct SolidTable {
     /// x, y, z, blend weight; then the normal, or a colour, and one unused.
     pub vertices: Vec<[f32; 8]>,
-    /// Indices of all parts.
+    /// What the device makes of the vertices, if they are not drawn themselves.
+    pub stencils: Option<PackedStencils>,
+    /// Indices of all parts: of vertices, or of the points that `stencils` makes of them.
     pub indices: Vec<u32>,
     /// Drawn in this order.
     pub parts: Vec<Part>,
@@ -131,8 +134,13 @@ impl SolidTable {
         self.parts.push(Part { primitive, first, count, level });
     }
 
-    /// Bytes on the device.
+    /// What indices count: the vertices, or the points that the stencils make.
+    pub fn points(&self) -> usize {
+        self.stencils.as_ref().map_or(self.vertices.len(), |stencils| stencils.points.len())
+    }
+
+    /// Bytes on the device while it draws. What points are made of is there only until they are.
     pub fn bytes(&self) -> u64 {
-        (size_of_val(self.vertices.as_slice()) + size_of_val(self.indices.as_slice())) as u64
+        (self.points() * size_of::<[f32; 8]>() + size_of_val(self.indices.as_slice())) as u64
     }
 }

@@ -45,22 +45,23 @@ fn triangles_of(level: &Level, shaded: &Shaded, positions: &[DVec3], normals: &[
     table
 }
 
-/// Patches within `bounds`, those of one kind and level together.
+/// Patches within `bounds`, those of one kind and level together. Their control points are left to the device.
 pub fn patches(patches: &Patches, bounds: [DVec3; 2]) -> SolidTable {
     let mut table = SolidTable::new(bounds);
-    for &[x, y, z, b, nx, ny, nz, _] in &patches.control {
+    for &[x, y, z, b, nx, ny, nz, _] in &patches.sources {
         table.vertex(DVec3::new(x, y, z), b, DVec3::new(nx, ny, nz));
     }
+    let mut stencils = patches.stencils.packed();
     for run in patches.bicubic.chunk_by(|a, b| a.1.level == b.1.level) {
         table.indices.extend(run.iter().flat_map(|(ids, _)| ids));
         table.part_of_level(Primitive::Bicubic, run[0].1.level);
     }
-    // What tells the shader which sides have finer neighbours: a vertex for each set of sides.
+    // What tells the shader which sides have finer neighbours: a control point for each set of sides.
     let mut masks = [None; 16];
     let mut mask_of = |table: &mut SolidTable, sides: u8| {
         *masks[sides as usize].get_or_insert_with(|| {
             table.vertices.push([f32::from(sides), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-            table.vertices.len() as u32 - 1
+            stencils.alone(table.vertices.len() as u32 - 1)
         })
     };
     for run in patches.transition.chunk_by(|a, b| a.place.level == b.place.level) {
@@ -89,6 +90,7 @@ pub fn patches(patches: &Patches, bounds: [DVec3; 2]) -> SolidTable {
         table.indices.extend(run.iter().flat_map(|(ids, _)| ids));
         table.part_of_level(Primitive::QuarticGregory, run[0].1.level);
     }
+    table.stencils = Some(stencils);
     table
 }
 

@@ -12,17 +12,18 @@
 //! the third corners c and d, which is right at regular ends.
 
 use super::adaptive::{Fate, Part};
+use super::control_points::{ControlPoints, Scratch};
 use super::level::Level;
 use super::limit::{loop_across_weights, shape, Shape};
-use super::patches::{Channels, Patches, Place, QuarticTransition};
+use super::patches::{Patches, Place, QuarticTransition};
 use super::stencil::{loop_weight, region_ends};
+use super::term::Term;
 use crate::mesh::NONE;
 use crate::patch::quartic::{CORNERS, INNER, SIDES};
-use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 /// Patches of all drawn faces of `parts` into `made`.
-pub(super) fn of_parts(parts: &[Part], made: &mut Patches) {
+pub(super) fn of_parts(parts: &[Part], made: &mut Patches, scratch: &mut Scratch) {
     let mut finer: Option<Shared> = None;
     for part in parts.iter().rev() {
         let level = &part.level;
@@ -47,20 +48,16 @@ pub(super) fn of_parts(parts: &[Part], made: &mut Patches) {
             }
         }
         if part.fate.contains(&Fate::Drawn) {
-            let value = |h: usize| {
-                let v = level.origin[h] as usize;
-                Channels { p: level.position[v], n: part.normal[part.live.of[h] as usize], b: part.weight[v] }
-            };
             let mut builder = Builder {
                 level,
                 part,
-                value: (0..level.half_edges()).map(value).collect(),
+                points: ControlPoints::new(part, scratch, made),
                 shared,
                 finer: finer.as_ref().map(|shared| (shared, &parts[level.depth as usize + 1])),
-                made,
             };
             for f in (0..level.faces() as u32).filter(|&f| part.fate[f as usize] == Fate::Drawn) {
                 builder.face(f);
+                builder.points.clear();
             }
             shared = builder.shared;
         }
@@ -81,12 +78,10 @@ struct Shared {
 struct Builder<'a> {
     level: &'a Level,
     part: &'a Part,
-    /// At the origin of each half-edge, in the region of its face.
-    value: Vec<Channels>,
+    points: ControlPoints<'a>,
     shared: Shared,
     /// The next level.
     finer: Option<(&'a Shared, &'a Part)>,
-    made: &'a mut Patches,
 }
 
 /// Subdominant eigenvalue around a smooth vertex of valence `n`.
@@ -115,10 +110,10 @@ pub(super) fn reach(n: usize) -> f64 {
 }
 
 /// What lies around a vertex in a region.
-struct Around {
-    centre: Channels,
+struct Around<'a> {
+    centre: Term<'a>,
     /// Far ends of the edges, counter-clockwise; one more than faces unless closed.
-    spoke: Vec<Channels>,
+    spoke: Vec<Term<'a>>,
     closed: bool,
     /// Closed, with a sharp edge or more.
     dart: bool,
@@ -127,7 +122,7 @@ struct Around {
     at: usize,
 }
 
-impl Around {
+impl<'a> Around<'a> {
     fn faces(&self) -> usize {
         self.spoke.len() - usize::from(!self.closed)
     }
@@ -141,7 +136,7 @@ impl Around {
     }
 
     /// Spoke `at` plus `j`, of a regular vertex with its phantoms.
-    fn ring(&self, j: usize) -> Channels {
+    fn ring(&self, j: usize) -> Term<'a> {
         let (v, s) = (self.centre, &self.spoke);
         match ((self.at + j) % 6, s.len()) {
             (i, n) if i < n => s[i],
@@ -154,12 +149,12 @@ impl Around {
     }
 
     /// Inner point of the face, of a regular vertex.
-    fn inner(&self) -> Channels {
+    fn inner(&self) -> Term<'a> {
         let r = |j| self.ring(j);
         (self.centre * 10.0 + (r(0) + r(1)) * 6.0 + r(2) + r(5)) * (1.0 / 24.0)
     }
 
-    fn limit(&self) -> Channels {
+    fn limit(&self) -> Term<'a> {
         let (v, s) = (self.centre, &self.spoke);
         match self.shape {
             Shape::Corner => v,
@@ -167,17 +162,17 @@ impl Around {
             Shape::Smooth => {
                 let n = s.len() as f64;
                 let w = 1.0 / (0.375 / loop_weight(n) + n);
-                let sum = s.iter().fold(Channels::default(), |sum, &s| sum + s);
+                let sum = s.iter().fold(Term::default(), |sum, &s| sum + s);
                 v * (1.0 - n * w) + sum * w
             }
         }
     }
 
     /// Derivative along the edge that leaves the corner in the face (0) or the one that ends there (1).
-    fn tangent(&self, side: usize) -> Channels {
+    fn tangent(&self, side: usize) -> Term<'a> {
         let (v, s, j) = (self.centre, &self.spoke, (self.at + side) as f64);
         let sum = |weight: &dyn Fn(f64) -> f64| {
-            s.iter().enumerate().fold(Channels::default(), |sum, (i, &s)| sum + s * weight(i as f64))
+            s.iter().enumerate().fold(Term::default(), |sum, (i, &s)| sum + s * weight(i as f64))
         };
         let n = s.len() as f64;
         if self.closed {
@@ -224,23 +219,13 @@ impl Around {
     }
 }
 
-impl Builder<'_> {
-    fn at(&self, h: u32) -> Channels {
-        self.value[h as usize]
-    }
-
-    fn push(&mut self, c: Channels) -> u32 {
-        self.made.control.push([c.p.x, c.p.y, c.p.z, c.b, c.n.x, c.n.y, c.n.z, 0.0]);
-        self.made.control.len() as u32 - 1
-    }
-
-    fn channels(&self, i: u32) -> Channels {
-        let [x, y, z, b, nx, ny, nz, _] = self.made.control[i as usize];
-        Channels { p: DVec3::new(x, y, z), n: DVec3::new(nx, ny, nz), b }
+impl<'a> Builder<'a> {
+    fn at(&self, h: u32) -> Term<'a> {
+        self.points.at(h)
     }
 
     /// Everything around the origin of `h`, in the region of `h`.
-    fn around(&self, h: u32) -> Around {
+    fn around(&self, h: u32) -> Around<'a> {
         let level = self.level;
         let v = level.origin[h as usize];
         let sharp = level.sharp_edges[v as usize];
@@ -274,15 +259,14 @@ impl Builder<'_> {
         found
     }
 
-    fn corner(&mut self, h: u32, around: &Around) -> u32 {
+    fn corner(&mut self, h: u32, around: &Around<'a>) -> u32 {
         let (wedge, v) = (self.part.live.of[h as usize] as usize, self.level.origin[h as usize] as usize);
         if self.shared.corner[wedge] == NONE {
-            let mut limit = around.limit();
-            if self.shared.vertex[v] != NONE {
-                let there = self.channels(self.shared.vertex[v]);
-                limit = Channels { n: limit.n, ..there };
-            }
-            let made = self.push(limit);
+            let limit = around.limit();
+            let made = match self.shared.vertex[v] {
+                NONE => self.points.push(limit),
+                there => self.points.push_beside(there, limit),
+            };
             self.shared.corner[wedge] = made;
             self.shared.vertex[v] = made;
         }
@@ -291,7 +275,7 @@ impl Builder<'_> {
 
     /// The point of a cubic near the end at `around` of an edge; `side` as in [`Around::tangent`], `far`: its other end,
     /// `limit`: of this one.
-    fn near(&self, around: &Around, side: usize, sharp: bool, far: Channels, limit: Channels) -> Channels {
+    fn near(&self, around: &Around<'a>, side: usize, sharp: bool, far: Term<'a>, limit: Term<'a>) -> Term<'a> {
         // At a dart, the end of a crease runs into the tangent plane.
         if sharp && (!around.closed || around.shape == Shape::Corner) {
             return around.centre * (2.0 / 3.0) + far * (1.0 / 3.0);
@@ -299,11 +283,11 @@ impl Builder<'_> {
         limit + around.tangent(side) * (1.0 / 3.0)
     }
 
-    fn edge(&mut self, h: u32, ends: [&Around; 2], corners: [u32; 2]) -> [u32; 3] {
+    fn edge(&mut self, h: u32, ends: [&Around<'a>; 2], corners: [u32; 2]) -> [u32; 3] {
         if self.shared.edge[h as usize][0] == NONE {
             let [a, b] = ends;
             let sharp = self.level.is_sharp(h);
-            let limits = corners.map(|i| self.channels(i));
+            let limits = corners.map(|i| self.points.point(i));
             let e0 = self.near(a, 0, sharp, b.centre, limits[0]);
             let e1 = self.near(b, 1, sharp, a.centre, limits[1]);
             let middle = if !sharp && a.regular() && b.regular() {
@@ -312,10 +296,17 @@ impl Builder<'_> {
                 (e0 + e1) * 0.5
             };
             let points = [limits[0] * 0.25 + e0 * 0.75, middle, limits[1] * 0.25 + e1 * 0.75];
-            let made = points.map(|p| self.push(p));
+            let t = self.level.twin[h as usize];
+            let mut across = if t == NONE { [NONE; 3] } else { self.shared.edge[t as usize] };
+            across.reverse();
+            let made = std::array::from_fn(|k| match across[k] {
+                NONE => self.points.push(points[k]),
+                // The other side of a sharp edge was there before.
+                there => self.points.push_beside(there, points[k]),
+            });
             self.shared.edge[h as usize] = made;
             if !sharp {
-                self.shared.edge[self.level.twin[h as usize] as usize] = [made[2], made[1], made[0]];
+                self.shared.edge[t as usize] = [made[2], made[1], made[0]];
             }
         }
         self.shared.edge[h as usize]
@@ -339,7 +330,7 @@ impl Builder<'_> {
         let regular: [bool; 3] = std::array::from_fn(|i| around[i].regular());
         if regular == [true; 3] {
             for i in 0..3 {
-                ids[INNER[i]] = self.push(around[i].inner());
+                ids[INNER[i]] = self.points.push(around[i].inner());
             }
             let mut points = [0; 15];
             points.copy_from_slice(&ids[..15]);
@@ -353,18 +344,18 @@ impl Builder<'_> {
             } else {
                 self.beside(h[i], [&around[i], &around[j]], SIDES[i].map(|k| ids[k]))
             };
-            ids[INNER[i]] = self.push(plus);
-            ids[15 + j] = self.push(minus);
+            ids[INNER[i]] = self.points.push(plus);
+            ids[15 + j] = self.points.push(minus);
         }
-        self.made.quartic_gregory.push((ids, Place { level: self.level.depth, face: f }));
+        self.points.made.quartic_gregory.push((ids, Place { level: self.level.depth, face: f }));
     }
 
     /// The two inner points beside the edge of `h`, whose own points are `side`.
-    fn beside(&self, h: u32, [a, b]: [&Around; 2], side: [u32; 5]) -> [Channels; 2] {
+    fn beside(&self, h: u32, [a, b]: [&Around<'a>; 2], side: [u32; 5]) -> [Term<'a>; 2] {
         let level = self.level;
-        let q = side.map(|i| self.channels(i));
+        let q = side.map(|i| self.points.point(i));
         let cubic = [q[0], (q[1] * 4.0 - q[0]) * (1.0 / 3.0), (q[3] * 4.0 - q[4]) * (1.0 / 3.0), q[4]];
-        let slope: [Channels; 3] = std::array::from_fn(|i| (cubic[i + 1] - cubic[i]) * 3.0);
+        let slope: [Term<'a>; 3] = std::array::from_fn(|i| (cubic[i + 1] - cubic[i]) * 3.0);
         let alpha = [2.0 * a.cosine(), 2.0 - 2.0 * b.cosine()];
         let g1 = (slope[0] * alpha[1] + slope[1] * (2.0 * alpha[0])) * (1.0 / 3.0);
         let g2 = (slope[1] * (2.0 * alpha[1]) + slope[2] * alpha[0]) * (1.0 / 3.0);
@@ -375,7 +366,7 @@ impl Builder<'_> {
         };
         let r0 = a.tangent(1) - a.tangent(0) * a.cosine();
         let r3 = b.tangent(0) - b.tangent(1) * b.cosine();
-        let r = |end: Channels| (end + third - other) * (1.0 / 3.0);
+        let r = |end: Term<'a>| (end + third - other) * (1.0 / 3.0);
         [q[1] + (g1 * 0.5 + r(r0)) * 0.25, q[2] + (g2 * 0.5 + r(r3)) * 0.25]
     }
 
@@ -405,23 +396,20 @@ impl Builder<'_> {
             n += 7;
         }
         match sides {
-            0 => self.made.quartic.push((points, place)),
-            _ => self.made.quartic_transition.push(QuarticTransition { points, halves, sides, place }),
+            0 => self.points.made.quartic.push((points, place)),
+            _ => self.points.made.quartic_transition.push(QuarticTransition { points, halves, sides, place }),
         }
     }
 
     /// Across a sharp edge the finer points' places, with the normals of this side: those of the side's own curve, halved.
     fn own_side(&mut self, side: [u32; 5], half: [u32; 7]) -> [u32; 7] {
-        let mut row = side.map(|i| self.channels(i)).to_vec();
-        let mut own = [Channels::default(); 7];
+        let mut row = side.map(|i| self.points.point(i)).to_vec();
+        let mut own = [Term::default(); 7];
         for k in 0..4 {
             row = row.windows(2).map(|w| (w[0] + w[1]) * 0.5).collect();
             own[k] = row[0];
             own[6 - k] = row[row.len() - 1];
         }
-        std::array::from_fn(|k| {
-            let finer = self.channels(half[k]);
-            self.push(Channels { n: own[k].n, ..finer })
-        })
+        std::array::from_fn(|k| self.points.push_beside(half[k], own[k]))
     }
 }

@@ -52,6 +52,7 @@
 
 pub mod accuracy;
 pub mod adaptive;
+mod control_points;
 pub mod drawing;
 pub mod exact;
 pub mod level;
@@ -65,6 +66,7 @@ pub mod refine;
 pub mod region;
 pub mod shade;
 pub mod stencil;
+pub mod term;
 pub mod triangulate;
 pub mod weight;
 

@@ -50,9 +50,25 @@ impl Patches {
         self.len() == 0
     }
 
+    /// Number of control points.
+    pub fn points(&self) -> usize {
+        self.stencils.points.len()
+    }
+
+    /// Control point `i`, as in [`crate::patch`]: x, y, z, weight; normal, 0.
+    pub fn control(&self, i: u32) -> ControlPoint {
+        self.stencils.point(&self.sources, i)
+    }
+
+    /// The box of all control points, without a size where there are none, and how many of them had to be made for it.
+    pub fn bounds(&self) -> ([DVec3; 2], usize) {
+        let (found, made) = self.stencils.bounds(&self.sources);
+        (found.unwrap_or_default(), made)
+    }
+
     /// All patches with their own control points.
     pub fn iter(&self) -> impl Iterator<Item = Patch> + '_ {
-        let gather = |ids: &[u32]| ids.iter().map(|&i| self.control[i as usize]).collect();
+        let gather = |ids: &[u32]| ids.iter().map(|&i| self.control(i)).collect();
         let whole = move |form, ids: &[u32], place| Patch { form, control: gather(ids), place, sides: 0 };
         let bicubic = self.bicubic.iter().map(move |(ids, place)| whole(Form::Bicubic, ids, *place));
         let transition = self.transition.iter().map(move |t| Patch {

@@ -2,57 +2,28 @@
 //! (LSNC09), with the subdivided normal and the blend weight as further channels. Of Loop's scheme, 15-point quartic
 //! triangles and 18-point Gregory ones (`loop_patches`).
 //!
+//! Control points are weighted sums of the vertices of levels, position, normal and weight by the same weights. Only the weights
+//! are made here, and the sums where they are needed: for pictures, on the device ([`crate::patch::stencil`]).
+//!
 //! Edges that are sharp for ever are sides of patches: a crease, a boundary and a corner are regular where their region
 //! has two faces or one. Beside finer patches, a side has the control points of the two halves that lie along it, too.
 
 use super::adaptive::{subdivide, Depth, Fate, Part};
+use super::control_points::{ControlPoints, Scratch};
 use super::level::{Level, Scheme};
 use super::limit::{shape, Shape};
 use super::shade::Settings;
 use super::stencil::region_ends;
+use super::term::Term;
 use crate::mesh::NONE;
 use crate::patch::eval::FACE_EDGES;
 use crate::patch::gregory::{face_point, Edge};
+use crate::patch::stencil::StencilTable;
 use crate::patch::ControlPoint;
 use crate::scene::CornerRule;
-use crate::subdiv::fan::{Fan, Linear};
+use crate::subdiv::fan::Fan;
 use crate::subdiv::limit;
 use glam::DVec3;
-use std::ops::{Add, Mul, Sub};
-
-/// Position, subdivided normal and blend weight: what a control point has.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Channels {
-    /// Position.
-    pub p: DVec3,
-    /// Normal; unit at vertices of the level, not at other control points.
-    pub n: DVec3,
-    /// Weight.
-    pub b: f64,
-}
-
-impl Add for Channels {
-    type Output = Channels;
-    fn add(self, o: Channels) -> Channels {
-        Channels { p: self.p + o.p, n: self.n + o.n, b: self.b + o.b }
-    }
-}
-
-impl Sub for Channels {
-    type Output = Channels;
-    fn sub(self, o: Channels) -> Channels {
-        Channels { p: self.p - o.p, n: self.n - o.n, b: self.b - o.b }
-    }
-}
-
-impl Mul<f64> for Channels {
-    type Output = Channels;
-    fn mul(self, s: f64) -> Channels {
-        Channels { p: self.p * s, n: self.n * s, b: self.b * s }
-    }
-}
-
-impl Linear for Channels {}
 
 /// Where a patch is: a face of a [`Part`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,8 +104,11 @@ impl Form {
 /// across sharp edges, where the points differ in the normal only.
 #[derive(Clone, Debug, Default)]
 pub struct Patches {
-    /// Control points, as in [`crate::patch`]: x, y, z, weight; normal, 0.
-    pub control: Vec<ControlPoint>,
+    /// Vertices of levels that control points are sums of, one for each region: x, y, z, weight; normal, 0. Normals are unit
+    /// up to the first level that may be drawn.
+    pub sources: Vec<ControlPoint>,
+    /// What they weigh in each control point.
+    pub stencils: StencilTable,
     /// Regular faces.
     pub bicubic: Vec<([u32; 16], Place)>,
     /// Regular faces with finer neighbours.
@@ -166,22 +140,31 @@ pub fn patches(control: &Level, given: &[DVec3], settings: &Settings, depth: Dep
 
 /// Patches of all drawn faces of `parts`, which are those of all levels from 0 on.
 pub fn of_parts(parts: &[Part]) -> Patches {
-    let mut made = Patches::default();
+    let (mut made, mut scratch) = (Patches::default(), Scratch::default());
     if parts.first().is_some_and(|part| part.level.scheme == Scheme::Loop) {
-        super::loop_patches::of_parts(parts, &mut made);
+        super::loop_patches::of_parts(parts, &mut made, &mut scratch);
         return made;
     }
     let mut finer: Option<Shared> = None;
     for part in parts.iter().rev() {
         let level = &part.level;
-        let mut shared = Shared { corner: vec![NONE; part.live.len()], edge: vec![[NONE; 2]; level.half_edges()] };
+        let mut shared = Shared {
+            corner: vec![NONE; part.live.len()],
+            vertex: vec![NONE; level.vertices()],
+            edge: vec![[NONE; 2]; level.half_edges()],
+        };
         if let Some(finer) = &finer {
             let next = &parts[level.depth as usize + 1];
             for (h, &child) in part.child.iter().enumerate().filter(|(_, &child)| child != NONE) {
                 // A limit is the same on all levels; its one control point makes it the same bits.
-                let id = finer.corner[next.live.of[4 * child as usize] as usize];
-                if id != NONE {
-                    shared.corner[part.live.of[h] as usize] = id;
+                let c = 4 * child as usize;
+                let (corner, vertex) =
+                    (finer.corner[next.live.of[c] as usize], finer.vertex[next.level.origin[c] as usize]);
+                if corner != NONE {
+                    shared.corner[part.live.of[h] as usize] = corner;
+                }
+                if vertex != NONE {
+                    shared.vertex[level.origin[h] as usize] = vertex;
                 }
             }
         }
@@ -189,19 +172,13 @@ pub fn of_parts(parts: &[Part]) -> Patches {
             let mut builder = Builder {
                 level,
                 part,
-                value: (0..level.half_edges())
-                    .map(|h| {
-                        let v = level.origin[h] as usize;
-                        let n = part.normal[part.live.of[h] as usize];
-                        Channels { p: level.position[v], n, b: part.weight[v] }
-                    })
-                    .collect(),
+                points: ControlPoints::new(part, &mut scratch, &mut made),
                 shared,
                 finer: finer.as_ref().map(|shared| (shared, &parts[level.depth as usize + 1])),
-                made: &mut made,
             };
             for f in (0..level.faces() as u32).filter(|&f| part.fate[f as usize] == Fate::Drawn) {
                 builder.face(f);
+                builder.points.clear();
             }
             shared = builder.shared;
         }
@@ -214,6 +191,8 @@ pub fn of_parts(parts: &[Part]) -> Patches {
 struct Shared {
     /// Of each wedge.
     corner: Vec<u32>,
+    /// Of each vertex, that of any of its wedges: they lie in the same place.
+    vertex: Vec<u32>,
     /// Of each half-edge's edge, near its origin and near its end.
     edge: Vec<[u32; 2]>,
 }
@@ -221,12 +200,10 @@ struct Shared {
 struct Builder<'a> {
     level: &'a Level,
     part: &'a Part,
-    /// At the origin of each half-edge, in the region of its face.
-    value: Vec<Channels>,
+    points: ControlPoints<'a>,
     shared: Shared,
     /// The next level.
     finer: Option<(&'a Shared, &'a Part)>,
-    made: &'a mut Patches,
 }
 
 /// Control points of corner i, near it on the edge that leaves it, far on that edge; inner point.
@@ -236,14 +213,17 @@ const FAR: [usize; 4] = [2, 11, 13, 4];
 const INNER: [usize; 4] = [5, 6, 10, 9];
 
 /// A fan with what decides how its vertex is drawn.
-struct Around {
-    fan: Fan<Channels>,
+struct Around<'a> {
+    fan: Fan<Term<'a>>,
     shape: Shape,
+    /// The half-edges that leave the vertex, if it lies inside four smooth faces: then there is nothing else in the fan.
+    cross: Option<[u32; 4]>,
 }
 
-impl Around {
+impl<'a> Around<'a> {
     fn regular(&self) -> bool {
         match (self.fan.closed, self.fan.faces(), self.shape) {
+            _ if self.cross.is_some() => true,
             (true, 4, _) => self.fan.dart.is_none(),
             (false, 2, Shape::Crease) | (false, 1, Shape::Corner) => true,
             _ => false,
@@ -261,13 +241,14 @@ impl Around {
     /// Valence that face points count with.
     fn valence(&self) -> f64 {
         match (self.fan.closed, self.fan.faces()) {
+            _ if self.cross.is_some() => 4.0,
             (true, n) => n as f64,
             (false, 1) => 4.0,
             (false, k) => 2.0 * k as f64,
         }
     }
 
-    fn limit(&self) -> Channels {
+    fn limit(&self) -> Term<'a> {
         match self.shape {
             Shape::Corner => self.fan.centre,
             _ => limit::limit(&self.fan, self.rule()),
@@ -275,21 +256,22 @@ impl Around {
     }
 }
 
-impl Builder<'_> {
-    fn at(&self, h: u32) -> Channels {
-        self.value[h as usize]
-    }
-
-    fn push(&mut self, c: Channels) -> u32 {
-        self.made.control.push([c.p.x, c.p.y, c.p.z, c.b, c.n.x, c.n.y, c.n.z, 0.0]);
-        self.made.control.len() as u32 - 1
+impl<'a> Builder<'a> {
+    fn at(&self, h: u32) -> Term<'a> {
+        self.points.at(h)
     }
 
     /// Everything around the origin of `h`, in the region of `h`.
-    fn around(&self, h: u32) -> Around {
+    fn around(&self, h: u32) -> Around<'a> {
         let level = self.level;
         let v = level.origin[h as usize];
         let shape = shape(level.sharp_edges[v as usize], level.corner_sharpness(v) > 0.0);
+        if shape == Shape::Smooth && level.sharp_edges[v as usize] == 0 {
+            let cross = level.cross(v);
+            if cross.is_some() {
+                return Around { fan: Fan { closed: true, ..Fan::default() }, shape, cross };
+            }
+        }
         let ends = match level.sharp_edges[v as usize] {
             0 | 1 => None,
             _ => region_ends(level, h, |g| level.is_sharp(g)),
@@ -322,12 +304,25 @@ impl Builder<'_> {
         if !fan.closed {
             fan.spoke.push(self.at(level.prev(g)));
         }
-        Around { fan, shape }
+        Around { fan, shape, cross: None }
+    }
+
+    /// Weights of the Bezier point near a regular vertex on the edge of `h`, as in [`Builder::near`].
+    fn near_regular(&self, h: u32, reverse: bool) -> [(u32, f64); 6] {
+        let level = self.level;
+        let t = level.twin[h as usize];
+        let (here, there) = if reverse { (level.next(h), h) } else { (h, level.next(h)) };
+        let (hv, hw) = (level.prev(h), level.next(level.next(h)));
+        let (tw, tv) = (level.prev(t), level.next(level.next(t)));
+        let (beside, far) = if reverse { ([hw, tw], [hv, tv]) } else { ([hv, tv], [hw, tw]) };
+        let [a, b] = beside.map(|g| (g, 2.0 / 18.0));
+        let [c, d] = far.map(|g| (g, 1.0 / 18.0));
+        [(here, 8.0 / 18.0), (there, 4.0 / 18.0), a, b, c, d]
     }
 
     /// Bezier point near the vertex of `around` on the edge of `h`, which leaves it or (`reverse`) comes to it in its
     /// face.
-    fn near(&self, around: &Around, h: u32, reverse: bool) -> Channels {
+    fn near(&self, around: &Around<'a>, h: u32, reverse: bool) -> Term<'a> {
         let level = self.level;
         let (here, there) = if reverse { (level.next(h), h) } else { (h, level.next(h)) };
         let (v, w) = (self.at(here), self.at(there));
@@ -336,11 +331,7 @@ impl Builder<'_> {
             return v * (2.0 / 3.0) + w * (1.0 / 3.0);
         }
         if around.regular() {
-            let t = level.twin[h as usize];
-            let (hv, hw) = (self.at(level.prev(h)), self.at(level.next(level.next(h))));
-            let (tw, tv) = (self.at(level.prev(t)), self.at(level.next(level.next(t))));
-            let (beside, far) = if reverse { (hw + tw, hv + tv) } else { (hv + tv, hw + tw) };
-            return (v * 8.0 + w * 4.0 + beside * 2.0 + far) * (1.0 / 18.0);
+            return self.near_regular(h, reverse).iter().fold(Term::default(), |sum, &(g, w)| sum + self.at(g) * w);
         }
         let fan = &around.fan;
         // The spoke along the edge: that of the half-edge that leaves the vertex.
@@ -352,21 +343,49 @@ impl Builder<'_> {
         limit::edge_point(fan, j, around.rule())
     }
 
-    fn corner(&mut self, h: u32, around: &Around) -> u32 {
-        let wedge = self.part.live.of[h as usize] as usize;
+    fn corner(&mut self, h: u32, around: &Around<'a>) -> u32 {
+        let (level, wedge) = (self.level, self.part.live.of[h as usize] as usize);
         if self.shared.corner[wedge] == NONE {
-            self.shared.corner[wedge] = self.push(around.limit());
+            let v = level.origin[h as usize] as usize;
+            let made = if let Some(cross) = around.cross {
+                let ring = cross.map(|g| (level.next(g), 4.0 / 36.0));
+                let beyond = cross.map(|g| (level.next(level.next(g)), 1.0 / 36.0));
+                let [a, b, c, d] = ring;
+                let [e, f, g, i] = beyond;
+                self.points.push_sum([(h, 16.0 / 36.0), a, b, c, d, e, f, g, i])
+            } else {
+                let limit = around.limit();
+                match self.shared.vertex[v] {
+                    NONE => self.points.push(limit),
+                    there => self.points.push_beside(there, limit),
+                }
+            };
+            self.shared.corner[wedge] = made;
+            self.shared.vertex[v] = made;
         }
         self.shared.corner[wedge]
     }
 
-    fn edge(&mut self, h: u32, ends: [&Around; 2]) -> [u32; 2] {
+    fn edge(&mut self, h: u32, ends: [&Around<'a>; 2]) -> [u32; 2] {
         if self.shared.edge[h as usize][0] == NONE {
-            let points = [self.near(ends[0], h, false), self.near(ends[1], h, true)];
-            let made = points.map(|p| self.push(p));
+            let t = self.level.twin[h as usize];
+            let across = if t == NONE { [NONE; 2] } else { self.shared.edge[t as usize] };
+            let made = [0, 1].map(|end| {
+                let reverse = end == 1;
+                if ends[end].cross.is_some() {
+                    let terms = self.near_regular(h, reverse);
+                    return self.points.push_sum(terms);
+                }
+                let point = self.near(ends[end], h, reverse);
+                match across[1 - end] {
+                    NONE => self.points.push(point),
+                    // The other side of a sharp edge was there before.
+                    there => self.points.push_beside(there, point),
+                }
+            });
             self.shared.edge[h as usize] = made;
             if !self.level.is_sharp(h) {
-                self.shared.edge[self.level.twin[h as usize] as usize] = [made[1], made[0]];
+                self.shared.edge[t as usize] = [made[1], made[0]];
             }
         }
         self.shared.edge[h as usize]
@@ -375,16 +394,15 @@ impl Builder<'_> {
     fn face(&mut self, f: u32) {
         let h: [u32; 4] = std::array::from_fn(|i| 4 * f + i as u32);
         let around = h.map(|h| self.around(h));
-        let q = h.map(|h| self.at(h));
         let mut ids = [0; 20];
         for i in 0..4 {
             ids[CORNER[i]] = self.corner(h[i], &around[i]);
             [ids[NEAR[i]], ids[FAR[i]]] = self.edge(h[i], [&around[i], &around[(i + 1) % 4]]);
         }
-        if around.iter().all(Around::regular) {
+        if around.iter().all(|around| around.regular()) {
             for i in 0..4 {
-                let inner = (q[i] * 4.0 + (q[(i + 1) % 4] + q[(i + 3) % 4]) * 2.0 + q[(i + 2) % 4]) * (1.0 / 9.0);
-                ids[INNER[i]] = self.push(inner);
+                let weight = |k: usize, w: f64| (h[(i + k) % 4], w / 9.0);
+                ids[INNER[i]] = self.points.push_sum([weight(0, 4.0), weight(1, 2.0), weight(2, 1.0), weight(3, 2.0)]);
             }
             let mut points = [0; 16];
             points.copy_from_slice(&ids[..16]);
@@ -399,10 +417,10 @@ impl Builder<'_> {
             let valence = |j: usize| [around[i].valence(), around[j].valence()];
             let f_plus = self.face_point(h[i], false, plus, valence((i + 1) % 4));
             let f_minus = self.face_point(h[i], true, minus, valence(before));
-            ids[INNER[i]] = self.push(f_plus);
-            ids[16 + i] = self.push(f_minus);
+            ids[INNER[i]] = self.points.push(f_plus);
+            ids[16 + i] = self.points.push(f_minus);
         }
-        self.made.gregory.push((ids, Place { level: self.level.depth, face: f }));
+        self.points.made.gregory.push((ids, Place { level: self.level.depth, face: f }));
     }
 
     /// A bicubic, with the halves of sides that finer patches lie along.
@@ -431,30 +449,22 @@ impl Builder<'_> {
             n += 5;
         }
         match sides {
-            0 => self.made.bicubic.push((points, place)),
-            _ => self.made.transition.push(Transition { points, halves, sides, place }),
+            0 => self.points.made.bicubic.push((points, place)),
+            _ => self.points.made.transition.push(Transition { points, halves, sides, place }),
         }
     }
 
     /// Across a sharp edge the finer points' places, with the normals of this side: those of the side's own cubic, halved.
     fn own_side(&mut self, side: [u32; 4], half: [u32; 5]) -> [u32; 5] {
-        let [a, b, c, d] = side.map(|i| self.channels(i));
-        let mean = |a: Channels, b: Channels| (a + b) * 0.5;
+        let [a, b, c, d] = side.map(|i| self.points.point(i));
+        let mean = |a: Term<'a>, b: Term<'a>| (a + b) * 0.5;
         let (ab, bc, cd) = (mean(a, b), mean(b, c), mean(c, d));
         let (abc, bcd) = (mean(ab, bc), mean(bc, cd));
         let own = [ab, abc, mean(abc, bcd), bcd, cd];
-        std::array::from_fn(|k| {
-            let finer = self.channels(half[k]);
-            self.push(Channels { n: own[k].n, ..finer })
-        })
+        std::array::from_fn(|k| self.points.push_beside(half[k], own[k]))
     }
 
-    fn channels(&self, i: u32) -> Channels {
-        let [x, y, z, b, nx, ny, nz, _] = self.made.control[i as usize];
-        Channels { p: DVec3::new(x, y, z), n: DVec3::new(nx, ny, nz), b }
-    }
-
-    fn face_point(&self, h: u32, reverse: bool, bezier: [u32; 3], valence: [f64; 2]) -> Channels {
+    fn face_point(&self, h: u32, reverse: bool, bezier: [u32; 3], valence: [f64; 2]) -> Term<'a> {
         let level = self.level;
         let edge = if reverse { level.prev(h) } else { h };
         let own = if reverse { level.next(h) } else { level.prev(h) };
@@ -465,7 +475,7 @@ impl Builder<'_> {
         };
         let twin = (!level.is_sharp(edge)).then(|| level.twin[edge as usize]);
         let beyond = twin.map(|t| if reverse { level.prev(t) } else { level.next(level.next(t)) });
-        let [corner, near, far] = bezier.map(|i| self.channels(i));
+        let [corner, near, far] = bezier.map(|i| self.points.point(i));
         face_point(&Edge {
             v: self.at(h),
             corner,

@@ -5,14 +5,15 @@
 //! the error of what is drawn between vertices, not of another definition. Times are medians over repeats, the rows in
 //! turns.
 //!
-//! What the CPU computes is counted in two ways. *Computed* are the vertices that subdivision makes: of uniform levels those
-//! of the last one, of patches those of all levels, padding included. *Vertices* are what lies on the device: of patches
-//! their control points, which the CPU makes from the computed vertices. The share that is printed last is of computed
-//! vertices alone, and then of both together.
+//! *Computed* are all vertices and control points that the CPU works out for drawing: of uniform levels the vertices of the
+//! last one (those before are not counted); of patches the vertices that subdivision makes, on all levels and padding included,
+//! and the few control points that the scene's box needs. *Vertices* are what lies on the device: of patches their control
+//! points, which the device makes itself by stencils; the CPU chooses the weights, which is part of its time. The share that
+//! is printed last is of what is computed.
 
 use super::flags::SurfaceFlags;
 use super::open::Surface;
-use crate::camera::{bounds, Camera, Projection};
+use crate::camera::{Camera, Projection};
 use crate::command::{print, print_json, silent, Failure, Global};
 use crate::gpu::{Gpu, SolidFrame, SolidNormals, SolidShow, Tessellation};
 use crate::patch::solid::{Part, Primitive, Segments, SolidTable};
@@ -66,9 +67,15 @@ struct Row {
     limit: bool,
     /// Vertices that subdivision computed: of patches over all levels, of uniform ones on the last.
     computed_vertices: usize,
+    /// Control points that the CPU computed; the device makes all of them.
+    computed_points: usize,
     /// Vertices or control points on the device.
     device_vertices: usize,
     device_bytes: u64,
+    /// Weights of control points.
+    stencil_terms: usize,
+    /// Bytes that stencils and what they weigh take on the device until control points are made.
+    stencil_bytes: u64,
     patches: usize,
     triangles: u64,
     /// From the control mesh to the arrays of the device, medians.
@@ -84,6 +91,17 @@ struct Row {
     normal_over_1_percent: f64,
 }
 
+/// The patches that have no more error than the deepest uniform level and the fewest vertices computed.
+#[derive(Clone, Serialize)]
+struct Match {
+    scene: String,
+    uniform_level: u32,
+    level: u32,
+    segments: u32,
+    /// Vertices and control points computed on the CPU, per cent of the uniform level's.
+    computed_percent: f64,
+}
+
 #[derive(Serialize)]
 struct Report {
     schema: &'static str,
@@ -93,11 +111,20 @@ struct Report {
     views: usize,
     repeats: u32,
     rows: Vec<Row>,
+    matches: Vec<Match>,
+}
+
+impl Row {
+    /// Vertices and control points that the CPU computed.
+    fn computed(&self) -> usize {
+        self.computed_vertices + self.computed_points
+    }
 }
 
 struct Made {
     table: SolidTable,
     computed: usize,
+    computed_points: usize,
     patches: usize,
     triangles: u64,
     subdivide_ms: f64,
@@ -131,7 +158,7 @@ fn uniform_level(control: &Level, scene: &SurfaceScene, settings: &Settings, lev
     drop(table);
     let table = drawing::triangles(last, &shaded, positions, &shaded.geometric);
     let triangles = table.parts.iter().map(|p| u64::from(p.count)).sum();
-    Made { table, computed: last.vertices(), patches: 0, triangles, subdivide_ms, shade_ms }
+    Made { table, computed: last.vertices(), computed_points: 0, patches: 0, triangles, subdivide_ms, shade_ms }
 }
 
 fn adaptive(control: &Level, scene: &SurfaceScene, settings: &Settings, last: u32, segments: Segments) -> Made {
@@ -140,7 +167,7 @@ fn adaptive(control: &Level, scene: &SurfaceScene, settings: &Settings, last: u3
     let subdivide_ms = since(start);
     let start = Instant::now();
     let patches = of_parts(&parts);
-    let around = bounds(patches.control.iter().map(|c| DVec3::new(c[0], c[1], c[2]))).unwrap_or_default();
+    let (around, computed_points) = patches.bounds();
     let table = drawing::patches(&patches, around);
     let shade_ms = since(start);
     let of_part = |p: &Part| {
@@ -155,6 +182,7 @@ fn adaptive(control: &Level, scene: &SurfaceScene, settings: &Settings, last: u3
     Made {
         triangles: table.parts.iter().map(of_part).sum(),
         computed: parts.iter().map(|p| p.computed).sum(),
+        computed_points,
         patches: patches.len(),
         table,
         subdivide_ms,
@@ -252,6 +280,7 @@ pub fn run(
         views: VIEWS.len(),
         repeats: request.repeats,
         rows: Vec::new(),
+        matches: Vec::new(),
     };
     for (file, surface) in scenes {
         let made = flags.subdivide(surface, 0, global)?;
@@ -289,8 +318,15 @@ pub fn run(
                     segments,
                     limit,
                     computed_vertices: made.computed,
-                    device_vertices: made.table.vertices.len(),
+                    computed_points: made.computed_points,
+                    device_vertices: made.table.points(),
                     device_bytes: made.table.bytes(),
+                    stencil_terms: made.table.stencils.as_ref().map_or(0, |s| s.terms.len()),
+                    stencil_bytes: made
+                        .table
+                        .stencils
+                        .as_ref()
+                        .map_or(0, |s| s.bytes() + size_of_val(made.table.vertices.as_slice()) as u64),
                     patches: made.patches,
                     triangles: made.triangles,
                     subdivide_ms: 0.0,
@@ -306,10 +342,12 @@ pub fn run(
         for (row, times) in rows.iter_mut().zip(&mut times) {
             [row.subdivide_ms, row.shade_ms, row.total_ms] = times.each_mut().map(|t| median(t));
         }
+        let found = matching(&rows, request);
         if !global.json && !global.quiet {
-            print(&text(file, &rows, request));
+            print(&text(file, &rows, found.as_ref(), request));
         }
         report.rows.extend(rows);
+        report.matches.extend(found);
         // What is done stays, should the rest be interrupted.
         write(request.folder, &report)?;
     }
@@ -324,20 +362,23 @@ fn write(folder: &Path, report: &Report) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(report).map_err(Failure::machine)?;
     write_atomically(&folder.join("surface.json"), json.as_bytes())?;
     let mut csv = String::from(
-        "scene,adaptive,level,segments,limit,computed_vertices,device_vertices,device_bytes,patches,triangles,subdivide_ms,shade_ms,total_ms,frame_ms,silhouette_permille,normal_mean_degrees,normal_over_1_percent\n",
+        "scene,adaptive,level,segments,limit,computed_vertices,computed_points,device_vertices,device_bytes,stencil_terms,stencil_bytes,patches,triangles,subdivide_ms,shade_ms,total_ms,frame_ms,silhouette_permille,normal_mean_degrees,normal_over_1_percent\n",
     );
     for r in &report.rows {
         let _ = writeln!(
             csv,
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             r.scene,
             r.adaptive,
             r.level,
             r.segments.map_or("NA".to_owned(), |n| n.to_string()),
             r.limit,
             r.computed_vertices,
+            r.computed_points,
             r.device_vertices,
             r.device_bytes,
+            r.stencil_terms,
+            r.stencil_bytes,
             r.patches,
             r.triangles,
             r.subdivide_ms,
@@ -361,7 +402,28 @@ fn name(r: &Row) -> String {
     }
 }
 
-fn text(file: &str, rows: &[Row], request: &Request) -> String {
+fn uniform_of<'a>(rows: &'a [Row], request: &Request) -> Option<&'a Row> {
+    rows.iter().find(|r| !r.adaptive && !r.limit && r.level == request.level)
+}
+
+fn matching(rows: &[Row], request: &Request) -> Option<Match> {
+    let uniform = uniform_of(rows, request)?;
+    let good = |r: &&Row| {
+        r.adaptive
+            && r.silhouette_permille <= uniform.silhouette_permille
+            && r.normal_mean_degrees <= uniform.normal_mean_degrees
+    };
+    let fewest = rows.iter().filter(good).min_by_key(|r| r.computed())?;
+    Some(Match {
+        scene: fewest.scene.clone(),
+        uniform_level: uniform.level,
+        level: fewest.level,
+        segments: fewest.segments.unwrap_or(0),
+        computed_percent: 100.0 * fewest.computed() as f64 / uniform.computed().max(1) as f64,
+    })
+}
+
+fn text(file: &str, rows: &[Row], found: Option<&Match>, request: &Request) -> String {
     let mut out = format!(
         "{file}: pictures of {0} x {0} from {1} sides against the limit's; {2} repeats\n{3:<34} {4:>9} {5:>9} {6:>9} {7:>8} {8:>8} {9:>8} {10:>11} {11:>8} {12:>6}\n",
         request.size,
@@ -383,7 +445,7 @@ fn text(file: &str, rows: &[Row], request: &Request) -> String {
             out,
             "{:<34} {:>9} {:>9} {:>9} {:>8.3} {:>8.3} {:>8.1} {:>8.3} ‰ {:>7.4}° {:>5.2}%",
             name(r),
-            r.computed_vertices,
+            r.computed(),
             r.device_vertices,
             r.triangles,
             r.total_ms,
@@ -394,22 +456,16 @@ fn text(file: &str, rows: &[Row], request: &Request) -> String {
             r.normal_over_1_percent
         );
     }
-    let Some(uniform) = rows.iter().find(|r| !r.adaptive && !r.limit && r.level == request.level) else { return out };
-    let good = |r: &&Row| {
-        r.adaptive
-            && r.silhouette_permille <= uniform.silhouette_permille
-            && r.normal_mean_degrees <= uniform.normal_mean_degrees
-    };
-    match rows.iter().filter(good).min_by_key(|r| r.computed_vertices) {
-        Some(r) => {
-            let share = |n: usize| 100.0 * n as f64 / uniform.computed_vertices.max(1) as f64;
+    let Some(uniform) = uniform_of(rows, request) else { return out };
+    match found {
+        Some(m) => {
             let _ = writeln!(
                 out,
-                "  {} has no more error than {} with {:.1} % of its vertices computed, {:.1} % counting control points, too",
-                name(r),
+                "  patches to level {}, {} segments have no more error than {}, with {:.1} % of its vertices computed on the CPU",
+                m.level,
+                m.segments,
                 name(uniform),
-                share(r.computed_vertices),
-                share(r.computed_vertices + r.device_vertices)
+                m.computed_percent
             );
         }
         None => out += "  no patches have as little error as the last level\n",

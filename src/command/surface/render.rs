@@ -2,7 +2,6 @@
 
 use super::flags::{level, patch_level, NormalsFlag, SurfaceFlags};
 use super::open::Surface;
-use crate::camera::bounds;
 use crate::command::open::milliseconds;
 use crate::command::picture::{deliver, PictureFlags};
 use crate::command::{print, print_json, Failure, Global, Refining};
@@ -15,7 +14,6 @@ use crate::surface::patches::{first_level, of_parts, Patches};
 use crate::surface::refine::MAX_HALF_EDGES;
 use crate::surface::shade::{limit_positions, shade};
 use crate::surface::SurfaceError;
-use glam::DVec3;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -180,8 +178,8 @@ pub fn make_patches(
     let parts = subdivide(&control.levels[0], &control.scene.normals, &settings, depth);
     let subdivided = Instant::now();
     let patches = of_parts(&parts);
-    let corners = patches.control.iter().map(|c| DVec3::new(c[0], c[1], c[2]));
-    let table = drawing::patches(&patches, bounds(corners).unwrap_or_default());
+    let (around, _) = patches.bounds();
+    let table = drawing::patches(&patches, around);
     Ok(MadePatches {
         made: Made {
             table,
@@ -248,7 +246,7 @@ pub fn run(
         target: camera.target.to_array(),
         level: made.level,
         device: gpu.device().name.clone(),
-        vertices: made.table.vertices.len(),
+        vertices: made.table.points(),
         triangles: count(Primitive::Triangles),
         bicubic: count(Primitive::Bicubic),
         bicubic_transition: count(Primitive::Transition),
