@@ -2,17 +2,28 @@
 //!
 //! Every cell is written with flag 0 and 16 points of 32 bits, 16 bits a colour component: whole bytes, because readers
 //! disagree on padding. There is no /Function: viewers evaluate it in different ways. Alpha becomes a soft mask, a second
-//! shading of the same patches in grey.
+//! shading of the same patches in grey. Streams are packed.
+//!
+//! Some readers cut 8-bit values off (MuPDF, and Ghostscript with 8 bits where colours change), some round, and some have
+//! bits to spare (Ghostscript with 16). Colours are raised by [`RAISE`], so that one page serves all of them: what is cut off is within 0.53/255 of
+//! the scene's colour, what has bits to spare within 0.47/255, and a colour of 8 bits is drawn as itself by each. Alphas are
+//! not raised: no colour between raised ones is raised by more, whatever the alpha. How readers compose layers is their own;
+//! MuPDF keeps 8 bits (see `tests/pdf_pages.rs`).
 
 use super::cells::Cell;
 use super::VectorError;
+use flate2::{read::ZlibEncoder, Compression};
 use glam::DVec2;
 use pdf_writer::types::MaskType;
 use pdf_writer::writers::StreamShadingType;
-use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref};
+use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref};
+use std::io::Read;
 
 /// Length of the page's longer side, points.
 pub const LONG_SIDE: f64 = 600.0;
+
+/// What colours are raised by: nearly half an 8-bit step.
+pub const RAISE: f64 = 0.47 / 255.0;
 
 /// Order of a record's points in the net: first index along u, second along v.
 const ORDER: [usize; 16] = [0, 4, 8, 12, 13, 14, 15, 11, 7, 3, 2, 1, 5, 9, 10, 6];
@@ -41,8 +52,19 @@ fn coordinate(x: f64, low: f32, high: f32) -> u32 {
     ((x - low) / (high - low) * f64::from(u32::MAX)).round().clamp(0.0, f64::from(u32::MAX)) as u32
 }
 
-/// The stream of records; `components` are the colour channels that are written.
-fn stream(cells: &[Cell], place: impl Fn(DVec2) -> DVec2, d: Decode, components: std::ops::Range<usize>) -> Vec<u8> {
+/// A colour channel in 16 bits.
+fn component(x: f64, raise: f64) -> u16 {
+    ((x + raise).clamp(0.0, 1.0) * 65535.0).round() as u16
+}
+
+/// The stream of records; `components` are the colour channels that are written, each raised.
+fn stream(
+    cells: &[Cell],
+    place: impl Fn(DVec2) -> DVec2,
+    d: Decode,
+    components: std::ops::Range<usize>,
+    raise: f64,
+) -> Vec<u8> {
     let mut out = Vec::with_capacity(cells.len() * (1 + 128 + 8 * components.len()));
     for cell in cells {
         out.push(0);
@@ -53,7 +75,7 @@ fn stream(cells: &[Cell], place: impl Fn(DVec2) -> DVec2, d: Decode, components:
         }
         for i in COLOURS {
             for c in components.clone() {
-                out.extend(((cell.colours[i][c].clamp(0.0, 1.0) * 65535.0).round() as u16).to_be_bytes());
+                out.extend(component(cell.colours[i][c], raise).to_be_bytes());
             }
         }
     }
@@ -133,6 +155,14 @@ pub fn page(layers: &[Vec<Cell>], [x0, y0, x1, y1]: [f64; 4], title: &str) -> Re
     Ok(pdf.finish())
 }
 
+/// A stream for the filter `FlateDecode`.
+fn packed(bytes: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    // Nothing that reads memory fails.
+    let _ = ZlibEncoder::new(bytes, Compression::default()).read_to_end(&mut out);
+    out
+}
+
 /// A layer and the objects that it becomes.
 struct Sheet<'a> {
     cells: &'a [Cell],
@@ -145,15 +175,17 @@ impl Sheet<'_> {
     fn write(&self, pdf: &mut Pdf, place: impl Fn(DVec2) -> DVec2 + Copy, media: Rect) {
         let d = decode_of(self.cells, place);
         let range = |n: usize| d.into_iter().chain([0.0, 1.0].into_iter().cycle().take(2 * n));
-        let colours = stream(self.cells, place, d, 0..3);
+        let colours = packed(&stream(self.cells, place, d, 0..3, RAISE));
         let mut colour = pdf.stream_shading(self.shading, &colours);
+        colour.filter(Filter::FlateDecode);
         colour.shading_type(StreamShadingType::TensorProductPatch);
         colour.color_space().device_rgb();
         colour.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(3));
         colour.finish();
         let Some([grey, form, state]) = self.mask else { return };
-        let alphas = stream(self.cells, place, d, 3..4);
+        let alphas = packed(&stream(self.cells, place, d, 3..4, 0.0));
         let mut alpha = pdf.stream_shading(grey, &alphas);
+        alpha.filter(Filter::FlateDecode);
         alpha.shading_type(StreamShadingType::TensorProductPatch);
         alpha.color_space().device_gray();
         alpha.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(1));
@@ -181,7 +213,7 @@ mod tests {
     fn a_record_is_what_the_standard_says() {
         let geometry = std::array::from_fn(|i| DVec2::new((i % 4) as f64, (i / 4) as f64));
         let colours = [0.0, 0.25, 0.5, 1.0].map(|x| DVec4::new(x, 0.0, 1.0, 0.5));
-        let bytes = stream(&[Cell { geometry, colours }], |p| p, [0.0, 3.0, 0.0, 3.0], 0..3);
+        let bytes = stream(&[Cell { geometry, colours }], |p| p, [0.0, 3.0, 0.0, 3.0], 0..3, 0.0);
         assert_eq!(bytes.len(), 1 + 16 * 8 + 4 * 3 * 2);
         let word = |i: usize| u32::from_be_bytes([bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]]);
         // p00, then p01: one step along v.
@@ -195,5 +227,17 @@ mod tests {
         // Colours of A, D, C, B.
         let half = |k: usize| u16::from_be_bytes([bytes[129 + 6 * k], bytes[130 + 6 * k]]);
         assert_eq!([half(0), half(1), half(2), half(3)], [0, 65535, 32768, 16384]);
+    }
+    #[test]
+    fn colours_of_8_bits_survive_readers_that_cut_off_and_those_that_round() {
+        for step in 0..=255 {
+            let read = f64::from(component(f64::from(step) / 255.0, RAISE)) / 65535.0 * 255.0;
+            assert_eq!([read.floor(), read.round()], [f64::from(step); 2]);
+        }
+        for k in 0..=10_000 {
+            let colour = f64::from(k) / 10_000.0;
+            let read = f64::from(component(colour, RAISE)) / 65535.0 * 255.0;
+            assert!((read - colour * 255.0).abs() < 0.475 && (read.floor() - colour * 255.0).abs() < 0.535);
+        }
     }
 }
