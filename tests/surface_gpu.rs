@@ -5,6 +5,7 @@ mod gpu_support;
 use glam::DVec3;
 use gpu_support::with_gpu;
 use gradtess::camera::{Camera, Projection};
+use gradtess::check::sheet::Sheet;
 use gradtess::check::solid_cracks::{look_around, triangles_of};
 use gradtess::gpu::{Pixels, SolidFrame, SolidShow, Tessellation};
 use gradtess::mesh;
@@ -54,7 +55,7 @@ fn no_cracks_whole_and_cracks_when_triangles_are_missing() {
     with_gpu(|gpu| {
         for (text, scheme) in [(CUBE, Scheme::CatmullClark), (TETRAHEDRON, Scheme::Loop)] {
             let mut table = table(&levels_of(text, scheme, 4));
-            let triangles = triangles_of(&table);
+            let triangles = Sheet::weld(&triangles_of(&table));
             let found = look_around(gpu, &table, &triangles, Tessellation::default(), [6, 96], 3).unwrap();
             assert!(found.cracks == 0 && found.covered > 5000, "{found:?}");
             // Every ninth triangle turns into nothing.
@@ -141,7 +142,8 @@ fn patches_have_no_cracks_and_the_sides_of_triangles() {
             let table = drawing::patches(&made, bounds);
             for segments in [Segments::Fixed(1), Segments::Fixed(5), Segments::Base(12)] {
                 let tessellation = Tessellation { segments, ..Tessellation::default() };
-                let triangles = drawing::tessellated(&made, segments);
+                let triangles = Sheet::weld(&drawing::tessellated(&made, segments));
+                assert_eq!(triangles.open_edges(), 0);
                 let found = look_around(gpu, &table, &triangles, tessellation, [3, 96], 7).unwrap();
                 assert!(found.cracks == 0 && found.covered > 2000, "{segments:?}: {found:?}");
             }

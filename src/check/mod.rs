@@ -1,5 +1,6 @@
 //! How wrong a picture is, in numbers.
 
+pub mod coverage;
 pub mod cracks;
 pub mod error_map;
 pub mod exact;
@@ -10,4 +11,5 @@ pub mod locate;
 pub mod picture_error;
 pub mod seams;
 pub mod sections;
+pub mod sheet;
 pub mod solid_cracks;

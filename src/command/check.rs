@@ -186,9 +186,13 @@ impl Check {
             ));
         }
         let views = self.zooms.max(1);
-        let found = super::surface::check::run(surface, &self.surface, &self.picture, views, self.seed, global)?;
-        match found as usize > self.max_cracks {
-            true => Err(Failure::short(format_args!("{found} pixels show what is behind the surface"))),
+        let (found, torn) =
+            super::surface::check::run(surface, &self.surface, &self.picture, views, self.seed, global)?;
+        match found.cracks as usize > self.max_cracks || torn > 0 {
+            true => Err(Failure::short(format_args!(
+                "{} background pixels inside the silhouette, {} pixels with a wrong side, {} with the surface beyond its silhouette, {torn} torn edges; at most {} pixels are let pass",
+                found.background, found.swapped, found.outside, self.max_cracks
+            ))),
             false => Ok(()),
         }
     }

@@ -45,6 +45,7 @@ pub mod space;
 pub mod stencil;
 pub mod stitched;
 pub mod tess;
+pub mod tessellator;
 pub mod transition;
 
 /// Channels of a control point: two vec4. `subdivision`: x, y, 0, 0 and r, g, b, a.

@@ -7,8 +7,10 @@ use super::shade::Shaded;
 use crate::camera::bounds;
 use crate::mesh::NONE;
 use crate::patch::solid::{Primitive, Segments, SolidTable};
+use crate::patch::tessellator::{self, Domain};
 use crate::threads;
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// Indexed triangles of `level`: a vertex a wedge, so that vertices are repeated where they have several normals and
 /// nowhere else (ZBK23 section 5). `positions` are one a vertex, `normals` one a wedge.
@@ -94,105 +96,27 @@ pub fn patches(patches: &Patches, bounds: [DVec3; 2]) -> SolidTable {
     table
 }
 
-/// The triangles that the tessellator makes of `patches`, but for how it joins a side's vertices to the inner ones: for
-/// intersections on the CPU.
+/// The triangles that the tessellator makes of `patches`, corner by corner, counter-clockwise from the front.
 pub fn tessellated(patches: &Patches, segments: Segments) -> Vec<[DVec3; 3]> {
+    // Few kinds of domains: by corners, level and which sides have finer neighbours.
+    let mut domains: HashMap<(usize, u32, u8), Domain> = HashMap::new();
     let mut out = Vec::new();
     for patch in patches.iter() {
-        let own = segments.at(patch.place.level);
-        let finer = 2 * segments.at(patch.place.level + 1);
-        let outer: [u32; 4] = std::array::from_fn(|i| if patch.sides >> i & 1 == 1 { finer } else { own });
-        let n = if own == 1 && outer != [1; 4] { 2 } else { own };
-        let at = |u: f64, v: f64| point(patch.form, &patch.control, u, v, 1.0).position;
-        if patch.form.sides() == 3 {
-            triangle(own, [outer[0], outer[1], outer[2]], &at, &mut out);
-            continue;
-        }
-        if n == 1 {
-            let [a, b, c, d] = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
-            out.extend([[a, b, c], [a, c, d]]);
-            continue;
-        }
-        let step = |i: u32| f64::from(i) / f64::from(n);
-        let grid: Vec<DVec3> =
-            (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))).map(|(i, j)| at(step(i), step(j))).collect();
-        let p = |i: u32, j: u32| grid[(j * (n + 1) + i) as usize];
-        for (j, i) in (1..n - 1).flat_map(|j| (1..n - 1).map(move |i| (j, i))) {
-            out.push([p(i, j), p(i + 1, j), p(i + 1, j + 1)]);
-            out.push([p(i, j), p(i + 1, j + 1), p(i, j + 1)]);
-        }
-        for (side, &outer) in outer.iter().enumerate() {
-            // (t, s): along the side from its corner, and inwards.
-            let from = |t: f64, s: f64| match side {
-                0 => [t, s],
-                1 => [1.0 - s, t],
-                2 => [1.0 - t, 1.0 - s],
-                _ => [s, 1.0 - t],
-            };
-            let point = |t: f64, s: f64| {
-                let [u, v] = from(t, s);
-                at(u, v)
-            };
-            // Both rows, and each step along the one that is behind.
-            let (mut i, mut j) = (0, 1);
-            let outside = |i: u32| point(f64::from(i) / f64::from(outer), 0.0);
-            let inside = |j: u32| point(step(j), step(1));
-            while i < outer || j < n - 1 {
-                let outer_next = j == n - 1 || (i < outer && (i + 1) * n <= j * outer + outer / 2);
-                if outer_next {
-                    out.push([outside(i), outside(i + 1), inside(j)]);
-                    i += 1;
-                } else {
-                    out.push([outside(i), inside(j + 1), inside(j)]);
-                    j += 1;
-                }
+        let (corners, level) = (patch.form.sides(), patch.place.level);
+        let domain = domains.entry((corners, level, patch.sides)).or_insert_with(|| {
+            let own = segments.at(level);
+            let finer = 2 * segments.at(level + 1);
+            let outer: [u32; 4] = std::array::from_fn(|i| if patch.sides >> i & 1 == 1 { finer } else { own });
+            match corners {
+                3 => tessellator::triangle([outer[0], outer[1], outer[2]], own),
+                _ => tessellator::quad(outer, own),
             }
-        }
+        });
+        let points: Vec<DVec3> =
+            domain.points.iter().map(|&[u, v]| point(patch.form, &patch.control, u, v, 1.0).position).collect();
+        out.extend(domain.triangles.iter().map(|t| t.map(|i| points[i as usize])));
     }
     out
-}
-
-/// A tessellated triangle, ring by ring inwards: ring r is `2 r / 3 n` from the sides and has `n - 2 r` segments a side, the
-/// outermost those of `outer`.
-fn triangle(n: u32, outer: [u32; 3], at: &impl Fn(f64, f64) -> DVec3, out: &mut Vec<[DVec3; 3]>) {
-    // The tessellator raises an inner level of 1 when an outer one is greater.
-    let n = if outer == [1; 3] { n } else { n.max(2) };
-    let ring = |r: u32, segments: u32, side: usize, k: u32| {
-        let away = 2.0 * f64::from(r) / (3.0 * f64::from(n));
-        let along = if segments == 0 { 0.0 } else { (1.0 - 3.0 * away) * f64::from(k) / f64::from(segments) };
-        let far = 1.0 - 2.0 * away;
-        match side {
-            0 => at(away + along, away),
-            1 => at(far - along, away + along),
-            _ => at(away, far - along),
-        }
-    };
-    let mut segments = outer;
-    for r in 0.. {
-        let left = n.saturating_sub(2 * r);
-        if left == 1 {
-            // One triangle is left; its sides have one segment each, unless it is the whole.
-            out.push([ring(r, 1, 0, 0), ring(r, 1, 1, 0), ring(r, 1, 2, 0)]);
-        }
-        if left < 2 {
-            return;
-        }
-        let m = left - 2;
-        for (side, &segments) in segments.iter().enumerate() {
-            // Each step along the row that is behind.
-            let (mut i, mut j) = (0, 0);
-            while i < segments || j < m {
-                if j == m || (i < segments && (2 * i + 1) * left <= (2 * j + 3) * segments) {
-                    out.push([ring(r, segments, side, i), ring(r, segments, side, i + 1), ring(r + 1, m, side, j)]);
-                    i += 1;
-                } else {
-                    out.push([ring(r, segments, side, i), ring(r + 1, m, side, j + 1), ring(r + 1, m, side, j)]);
-                    j += 1;
-                }
-            }
-        }
-        segments = [m; 3];
-    }
 }
 
 /// Colour of an edge: grey when smooth, blue on the boundary, from orange (just sharp) to red (3 and more), dark red when
@@ -233,25 +157,4 @@ pub fn mesh(level: &Level, positions: &[DVec3]) -> SolidTable {
     }
     table.part(Primitive::Lines);
     table
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::timing::triangles;
-
-    #[test]
-    fn tessellated_triangles_cover_the_domain_once_and_are_as_many_as_the_formula_has() {
-        for n in 1..=9 {
-            for outer in [[n; 3], [2 * n, n, n], [n, 3, 2 * n], [2, 1, 1]] {
-                let mut out = Vec::new();
-                triangle(n, outer, &|u, v| DVec3::new(u, v, 0.0), &mut out);
-                let [a, b, c] = outer.map(u64::from);
-                assert_eq!(out.len() as u64, triangles::triangle([a, b, c], n.into()), "{n} {outer:?}");
-                let areas: Vec<f64> = out.iter().map(|[a, b, c]| 0.5 * (*b - *a).cross(*c - *a).z).collect();
-                assert!(areas.iter().all(|&area| area > 1e-9), "{n} {outer:?}: {areas:?}");
-                assert!((areas.iter().sum::<f64>() - 0.5).abs() < 1e-12, "{n} {outer:?}");
-            }
-        }
-    }
 }

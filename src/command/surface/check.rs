@@ -3,12 +3,15 @@
 use super::flags::{level, SurfaceFlags};
 use super::open::Surface;
 use super::render::{make, make_patches, Look, MadePatches, LEVEL};
-use crate::check::solid_cracks::{look_around, triangles_of};
+use crate::check::sheet::Sheet;
+use crate::check::solid_cracks::{look_around, triangles_of, Cracks};
 use crate::command::picture::PictureFlags;
 use crate::command::{print, print_json, silent, Failure, Global};
 use crate::gpu::{Gpu, SolidShow};
+use crate::mesh::NONE;
 use crate::surface::accuracy::measure;
 use crate::surface::drawing::tessellated;
+use crate::surface::patches::Place;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -20,10 +23,20 @@ struct Report {
     triangles: usize,
     views: u32,
     pixels: u64,
+    /// That differ from what the CPU rasterises.
     suspicious_pixels: u64,
+    /// Of those, what snapping and rounding of at most `snap_pixels` explain.
+    snapped_pixels: u64,
+    snap_pixels: f64,
+    /// The others: background inside the silhouette, fronts and backs swapped, surface outside the silhouette.
     crack_pixels: u64,
+    background_pixels: u64,
+    swapped_pixels: u64,
+    outside_pixels: u64,
     /// View and pixel of the first.
     first_crack: Option<(u32, [u32; 2])>,
+    /// Edges of triangles that are on one side only, though the boundary of the mesh is not there.
+    torn_edges: usize,
     /// Of patches; regular, then Gregory.
     #[serde(skip_serializing_if = "Option::is_none")]
     patches: Option<PatchReport>,
@@ -48,7 +61,7 @@ struct PatchReport {
     blended_normal_jump_max: f64,
 }
 
-/// Looks around and reports; the number of crack pixels.
+/// Looks around and reports; what was found, and how many edges are torn.
 pub fn run(
     surface: &Surface,
     flags: &SurfaceFlags,
@@ -56,7 +69,7 @@ pub fn run(
     views: u32,
     seed: u64,
     global: &Global,
-) -> Result<u64, Failure> {
+) -> Result<(Cracks, usize), Failure> {
     picture.refuse_flat()?;
     picture.camera.refuse_any()?;
     let [width, height] = picture.size.unwrap_or([512, 512]);
@@ -65,7 +78,7 @@ pub fn run(
     }
     let segments = picture.segments()?;
     let mut accuracy = None;
-    let (made, triangles) = match segments {
+    let (made, triangles, boundary) = match segments {
         None => {
             let made = make(
                 surface,
@@ -75,19 +88,29 @@ pub fn run(
                 global,
             )?;
             let triangles = triangles_of(&made.table);
-            (made, triangles)
+            let edges = surface.mesh.twin.iter().filter(|&&t| t == NONE).count();
+            let boundary = edges << made.level;
+            (made, triangles, boundary)
         }
         Some(n) => {
             let made = make_patches(surface, flags, &picture.refining, global)?;
             let computed = made.computed();
             let MadePatches { made, patches, parts, .. } = made;
             accuracy = Some((measure(&parts, &patches, 3, flags.settings()?.power), patches.transitions(), computed));
-            (made, tessellated(&patches, n))
+            // Beside the boundary nothing is finer.
+            let ends = |place: Place| {
+                let level = &parts[place.level as usize].level;
+                level.of_face(place.face as usize).filter(|&h| level.twin[h as usize] == NONE).count()
+            };
+            let boundary = patches.iter().map(|p| ends(p.place) * n.at(p.place.level) as usize).sum();
+            (made, tessellated(&patches, n), boundary)
         }
     };
     let gpu = Gpu::new(&global.gpu())?;
     let tessellation = flags.tessellation(segments)?;
-    let cracks = look_around(&gpu, &made.table, &triangles, tessellation, [views, width], seed)?;
+    let sheet = Sheet::weld(&triangles);
+    let torn_edges = sheet.open_edges().saturating_sub(boundary);
+    let cracks = look_around(&gpu, &made.table, &sheet, tessellation, [views, width], seed)?;
     silent(&gpu)?;
     let report = Report {
         schema: "gradtess.surface_check/1",
@@ -98,8 +121,14 @@ pub fn run(
         views,
         pixels: cracks.covered,
         suspicious_pixels: cracks.suspicious,
+        snapped_pixels: cracks.snapped,
+        snap_pixels: cracks.margin,
         crack_pixels: cracks.cracks,
+        background_pixels: cracks.background,
+        swapped_pixels: cracks.swapped,
+        outside_pixels: cracks.outside,
         first_crack: cracks.first,
+        torn_edges,
         patches: accuracy.map(|(a, transition, computed_vertices)| PatchReport {
             count: a.patches,
             transition,
@@ -116,14 +145,16 @@ pub fn run(
         print_json(&report)?;
     } else if !global.quiet {
         print(&format!(
-            "{}: level {}, {} triangles, {} views: {} crack pixels of {} ({} looked at closely)\n",
+            "{}: level {}, {} triangles, {torn_edges} torn edges; {} pixels in {} views, {} of them background inside the silhouette, {} a wrong side, {} beyond it ({} differ within snapping)\n",
             report.scene,
             report.level,
             report.triangles,
-            report.views,
-            report.crack_pixels,
             report.pixels,
-            report.suspicious_pixels
+            report.views,
+            report.background_pixels,
+            report.swapped_pixels,
+            report.outside_pixels,
+            report.snapped_pixels
         ));
         if let Some(p) = &report.patches {
             for (k, name) in ["regular", "Gregory"].into_iter().enumerate() {
@@ -138,5 +169,5 @@ pub fn run(
             ));
         }
     }
-    Ok(cracks.cracks)
+    Ok((cracks, torn_edges))
 }
