@@ -259,8 +259,5 @@ fn clipped(t: [u32; 3], at: [DVec4; 3], place: impl Fn(DVec4) -> DVec3) -> Optio
     }
     let &(first, _) = corners.first()?;
     corners.resize(4, (first, [0, 0]));
-    Some(Piece {
-        corners: std::array::from_fn(|i| place(corners[i].0)),
-        edges: std::array::from_fn(|i| corners[i].1),
-    })
+    Some(Piece { corners: std::array::from_fn(|i| place(corners[i].0)), edges: std::array::from_fn(|i| corners[i].1) })
 }

@@ -25,7 +25,8 @@ impl Sheet {
         let mut number: HashMap<[i64; 3], u32> = HashMap::new();
         let mut corner = |sheet: &mut Sheet, p: DVec3| {
             let at = ((p - low) / cell).to_array();
-            let near = |i: usize| [0, 1, 2].map(|k| (at[k] + if i >> k & 1 == 0 { -0.25 } else { 0.25 }).floor() as i64);
+            let near =
+                |i: usize| [0, 1, 2].map(|k| (at[k] + if i >> k & 1 == 0 { -0.25 } else { 0.25 }).floor() as i64);
             if let Some(&i) = (0..8).find_map(|i| number.get(&near(i))) {
                 return i;
             }
