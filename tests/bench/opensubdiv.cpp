@@ -1,5 +1,7 @@
-// What OpenSubdiv takes for the meshes of `cargo bench --bench refine -- --tables`: topology, adaptive refinement and patch
-// table with Gregory end caps, one thread; no control point is computed. CPU time in ms, median of 21.
+// What OpenSubdiv takes for the meshes of `cargo bench --bench refine -- --tables`, one thread, CPU time in ms:
+// - topology, adaptive refinement and patch table with Gregory end caps; no control point is computed (median and least of 21);
+// - that and all control points, as our tables have them: places and colours (x, y, r, g, b, a in single precision) of the
+//   refined vertices, level by level, and of the Gregory patches' own points (least of 21).
 //
 // c++ -O3 -o opensubdiv tests/bench/opensubdiv.cpp -losdCPU && ./opensubdiv
 #include <algorithm>
@@ -7,6 +9,7 @@
 #include <ctime>
 #include <memory>
 #include <opensubdiv/far/patchTableFactory.h>
+#include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
 #include <vector>
@@ -18,6 +21,17 @@ static double cpu_ms() {
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return 1e3 * t.tv_sec + 1e-6 * t.tv_nsec;
 }
+
+// Place and colour.
+struct Value {
+    float x[6];
+    void Clear(void * = nullptr) { std::fill(x, x + 6, 0.0f); }
+    void AddWithWeight(const Value &v, float w) {
+        for (int i = 0; i < 6; ++i) {
+            x[i] += w * v.x[i];
+        }
+    }
+};
 
 // n x n quads, every step-th of them cut into two triangles.
 static void mixed(int n, int step, std::vector<int> &sizes, std::vector<int> &corners) {
@@ -50,7 +64,8 @@ int main() {
         scheme.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
         using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
         for (int level : {1, 2, 3, 4, 5, 6, 8}) {
-            std::vector<double> times;
+            std::vector<double> times, whole;
+            std::vector<Value> values;
             int patches = 0, gregory = 0;
             for (int run = 0; run < 21; ++run) {
                 double start = cpu_ms();
@@ -62,6 +77,22 @@ int main() {
                 options.SetEndCapType(Far::PatchTableFactory::Options::ENDCAP_GREGORY_BASIS);
                 std::unique_ptr<Far::PatchTable> table(Far::PatchTableFactory::Create(*refiner, options));
                 times.push_back(cpu_ms() - start);
+                values.resize(refiner->GetNumVerticesTotal() + table->GetNumLocalPoints());
+                for (int v = 0; v < topology.numVertices; ++v) {
+                    float i = float(v / (mesh.n + 1)), j = float(v % (mesh.n + 1));
+                    values[v] = Value{{j, i, 1.0f, 1.0f, 1.0f, 1.0f}};
+                }
+                Far::PrimvarRefiner primvars(*refiner);
+                Value *from = values.data();
+                for (int l = 1; l <= refiner->GetMaxLevel(); ++l) {
+                    Value *to = from + refiner->GetLevel(l - 1).GetNumVertices();
+                    primvars.Interpolate(l, from, to);
+                    from = to;
+                }
+                if (table->GetNumLocalPoints() > 0) {
+                    table->ComputeLocalPointValues(values.data(), values.data() + refiner->GetNumVerticesTotal());
+                }
+                whole.push_back(cpu_ms() - start);
                 patches = table->GetNumPatchesTotal();
                 gregory = 0;
                 for (int array = 0; array < table->GetNumPatchArrays(); ++array) {
@@ -72,8 +103,10 @@ int main() {
             }
             std::sort(times.begin(), times.end());
             double ms = times[times.size() / 2];
-            std::printf("%d faces, level %d: %d patches (%d Gregory), %.3f ms (least %.3f), %.0f patches/s\n",
+            double all = *std::min_element(whole.begin(), whole.end());
+            std::printf("%d faces, level %d: %d patches (%d Gregory), %.3f ms (least %.3f), %.0f patches/s",
                         int(sizes.size()), level, patches, gregory, ms, times[0], patches / ms * 1e3);
+            std::printf("; with control points %.3f ms, %.3f times as long\n", all, all / times[0]);
         }
     }
 }
