@@ -292,3 +292,67 @@ fn the_number_of_threads_changes_nothing_and_is_checked() {
         refused(2, &["stats", &cherry, "--threads", n]);
     }
 }
+
+/// Hostile drawings through the program: with an address space of 1 GiB, one line of error or a mesh.
+#[test]
+fn malformed_drawings_take_one_line_and_little_memory() {
+    let folder = Folder::new("malformed");
+    let stop = |path: &str| format!("<stop path='{path}' stop-color='red'/>");
+    let patch =
+        |paths: &[&str]| format!("<meshpatch>{}</meshpatch>", paths.iter().map(|p| stop(p)).collect::<String>());
+    let square = patch(&["l 1,0", "l 0,1", "l -1,0", "l 0,-1"]);
+    let mesh = |rows: &str| format!("<svg><meshgradient gradientUnits='userSpaceOnUse'>{rows}</meshgradient></svg>");
+    let row = |patches: &str| format!("<meshrow>{patches}</meshrow>");
+    let sound = mesh(&row(&square));
+    let entities: String =
+        (0..30).map(|k| format!("<!ENTITY e{} \"{}\">", k + 1, format!("&e{k};").repeat(10))).collect();
+    let bomb = format!("<!DOCTYPE svg [<!ENTITY e0 'lol'>{entities}]>");
+    let megabytes = |piece: &str, n: usize| piece.repeat(n * 1_000_000 / piece.len());
+    let cases = [
+        ("ragged", mesh(&format!("{}<meshrow/>", row(&square))), "patches"),
+        ("missing stops", mesh(&row(&patch(&["l 1,0", "l 0,1"]))), "stops"),
+        ("unit", sound.replace("<meshgradient", "<meshgradient x='3parsec'"), "length"),
+        ("nan", sound.replace("l 0,1", "l NaN,1"), "malformed"),
+        ("cut off", sound[..sound.len() / 2].to_owned(), ""),
+        ("nested 100 MB", format!("<svg>{}", megabytes("<g>", 100)), "larger"),
+        ("nested 66 MB", format!("<svg>{}", megabytes("<g>", 66)), "deep"),
+        ("beside one another", format!("<svg>{}{}", megabytes("<g/>", 66), &sound[5..]), "elements"),
+        (
+            "a long style",
+            sound.replace("<meshgradient", &format!("<style>{}</style><meshgradient", megabytes("g{fill:red}", 60))),
+            "too many rules",
+        ),
+        ("bomb in an attribute", format!("{bomb}{}", sound.replace("red", "&e30;")), "entit"),
+    ];
+    let styled = |sheet: &str| sound.replace("<meshg", &format!("<style>{sheet}</style><meshg"));
+    let beside = |text: String| text.replace("<meshg", &format!("{}<meshg", "<stop/>".repeat(20_000)));
+    let limited = |text: String| {
+        let file = folder.at("drawing.svg");
+        std::fs::write(&file, text).unwrap();
+        let command = format!("ulimit -v 1048576; exec '{}' stats \"$0\"", env!("CARGO_BIN_EXE_gradtess"));
+        Command::new("sh").args(["-c", &command, &file]).output().unwrap()
+    };
+    for (name, text, word) in cases {
+        let done = limited(text);
+        let said = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(2), "{name}: {said}");
+        assert!(said.starts_with("error: ") && said.lines().count() == 1 && said.len() < 1000, "{name}: {said}");
+        assert!(said.contains(word) && said.contains("; "), "{name}: {said}");
+    }
+    for (name, text) in [
+        ("collapsed", mesh(&row(&patch(&["l 0,0", "l 0,1", "l 0,0", "l 0,-1"])))),
+        ("bomb in the text", format!("{bomb}{}", sound.replace("<meshgradient", "&e30;<meshgradient"))),
+        ("many attributes", sound.replace("<svg", &format!("<svg {}", megabytes("a='b' ", 66)))),
+        ("a long text", sound.replace("<meshgradient", &format!("{}<meshgradient", megabytes("text ", 66)))),
+        ("a long block", styled(&format!("g{{{}}}", megabytes("fill:red;", 60)))),
+        ("every rule for every element", beside(styled(&"*{fill:red}".repeat(2000)))),
+        ("a long value for every element", beside(styled(&format!("*{{fill:{}}}", "r".repeat(900))))),
+        (
+            "a colour that all inherit",
+            beside(styled("")).replace("<svg", &format!("<svg color='{}'", megabytes("red", 1))),
+        ),
+    ] {
+        let done = limited(text);
+        assert_eq!(done.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&done.stderr));
+    }
+}

@@ -1,23 +1,12 @@
 //! The structure of locally refinable gradient meshes: exact splits, their removal, the chain of updates, undo.
 
-use ferguson_meshes::{close, random_split, ring, wavy, Random};
+use ferguson_meshes::{change, close, random_split, ring, wavy, Random};
 use glam::{DVec2, DVec4};
 use gradtess::ferguson::inherit::Continuity;
 use gradtess::ferguson::mesh::{HalfEdge, Mesh};
 use gradtess::ferguson::split::Axis;
 
 mod ferguson_meshes;
-
-/// The patch that holds (u, v) of a root, and where in it.
-fn find(mesh: &Mesh, root: u32, u: f64, v: f64) -> (u32, f64, f64) {
-    let inside = |p: &u32| {
-        let q = mesh.patch(*p);
-        q.root == root && (q.rect[0]..=q.rect[2]).contains(&u) && (q.rect[1]..=q.rect[3]).contains(&v)
-    };
-    let p = mesh.live().find(inside).expect("roots are covered");
-    let r = mesh.patch(p).rect;
-    (p, (u - r[0]) / (r[2] - r[0]), (v - r[1]) / (r[3] - r[1]))
-}
 
 #[test]
 fn a_thousand_random_splits_change_nothing() {
@@ -29,16 +18,7 @@ fn a_thousand_random_splits_change_nothing() {
                 random_split(&mut split, &mut random, dyadic);
             }
             assert_eq!(split.fault(), None, "{name}");
-            let mut worst = [0.0f64; 2];
-            for _ in 0..4000 {
-                let root = random.below(mesh.patches.len()) as u32;
-                let (u, v) = (random.unit(), random.unit());
-                let (x, c) = mesh.evaluate(root, u, v);
-                let (p, pu, pv) = find(&split, root, u, v);
-                let (y, d) = split.evaluate(p, pu, pv);
-                worst[0] = worst[0].max((x - y).abs().max_element());
-                worst[1] = worst[1].max((c - d).abs().max_element());
-            }
+            let worst = change(&mesh, &split, &mut random);
             println!("{name}, dyadic {dyadic}: position {:.1e} of the canvas, colour {:.1e}", worst[0], worst[1]);
             assert!(worst.iter().all(|&w| w <= 1e-12), "{name} {worst:?}");
         }

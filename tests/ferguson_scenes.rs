@@ -1,7 +1,7 @@
 //! The scenes of technique `ferguson`: the schema knows them and what the program writes, they are sound, unfolded, survive
 //! being written, have no cracks, and show what they are there for.
 
-use ferguson_meshes::Random;
+use ferguson_meshes::{change, random_split, Random};
 use gpu_support::with_gpu;
 use gradtess::check::sections;
 use gradtess::ferguson::fit::Target;
@@ -26,6 +26,16 @@ fn files() -> Vec<PathBuf> {
     let mut all: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     all.sort();
     assert!(all.len() >= 6, "only {} scenes", all.len());
+    all
+}
+
+/// The scenes, and the drawings made by others where they are there.
+fn files_and_drawings(test: &str) -> Vec<PathBuf> {
+    let mut all = files();
+    if let Some(folder) = models::folder("svg", test) {
+        let drawings = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+        all.extend(drawings.filter(|p| p.extension().is_some_and(|e| e == "svg")));
+    }
     all
 }
 
@@ -239,6 +249,30 @@ fn no_scene_folds() {
     }
 }
 
+#[test]
+fn a_thousand_random_splits_of_scenes_and_drawings_change_nothing() {
+    for path in files_and_drawings("splits of drawings") {
+        for dyadic in [true, false] {
+            let mesh = load(&path);
+            let mut split = mesh.clone();
+            let mut random = Random::new(7);
+            for _ in 0..1000 {
+                random_split(&mut split, &mut random, dyadic);
+            }
+            assert_eq!(split.fault(), None, "{}", path.display());
+            let worst = change(&mesh, &split, &mut random);
+            println!(
+                "{}, dyadic {dyadic}: {} patches, position {:.1e} of the canvas, colour {:.1e}",
+                path.display(),
+                split.live().count(),
+                worst[0],
+                worst[1]
+            );
+            assert!(worst.iter().all(|&w| w <= 1e-12), "{} {worst:?}", path.display());
+        }
+    }
+}
+
 /// Components lie over one another in the order of the file, however deep what lies below is split.
 #[test]
 fn splits_do_not_change_what_lies_on_top() {
@@ -259,11 +293,7 @@ fn splits_do_not_change_what_lies_on_top() {
 #[test]
 fn random_views_have_no_cracks() {
     let views: u32 = std::env::var("GRADTESS_CRACK_VIEWS").ok().and_then(|v| v.parse().ok()).unwrap_or(3);
-    let mut all = files();
-    if let Some(folder) = models::folder("svg", "cracks of drawings") {
-        let drawings = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
-        all.extend(drawings.filter(|p| p.extension().is_some_and(|e| e == "svg")));
-    }
+    let all = files_and_drawings("cracks of drawings");
     with_gpu(|gpu| {
         for path in &all {
             let mesh = load(path);

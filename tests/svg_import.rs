@@ -5,6 +5,7 @@ use gradtess::ferguson::Mesh;
 use gradtess::scene::ferguson::parse;
 use gradtess::scene::svg::{grids, write};
 
+mod models;
 mod mutate;
 
 fn read(body: &str) -> (Mesh, Vec<String>) {
@@ -163,6 +164,29 @@ fn what_is_written_reads_back() {
                 format!("<mesh gradientUnits='userSpaceOnUse' type='{kind}' transform='rotate({turn})'>{body}</mesh>");
             same_again(&read(&text).0);
         }
+    }
+}
+
+/// Scenes that have the form of grids, and the drawings made by others.
+#[test]
+fn scenes_and_drawings_read_back_equal() {
+    let mut folders = vec![std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/ferguson")];
+    folders.extend(models::folder("svg", "drawings out and in again"));
+    for folder in folders {
+        let mut written = 0;
+        for path in std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()) {
+            if path.extension().is_none_or(|e| e != "json" && e != "svg") {
+                continue;
+            }
+            let name = path.display().to_string();
+            let (mesh, _) = parse(&std::fs::read(&path).unwrap(), &name).unwrap_or_else(|e| panic!("{e}"));
+            if grids(&mesh).is_some() {
+                println!("{name}");
+                same_again(&mesh);
+                written += 1;
+            }
+        }
+        assert!(written > 0, "{}", folder.display());
     }
 }
 

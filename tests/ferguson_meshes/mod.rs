@@ -79,6 +79,37 @@ pub fn random_split(mesh: &mut Mesh, random: &mut Random, dyadic: bool) {
     mesh.split(p, axis, at).unwrap();
 }
 
+/// The patch that holds (u, v) of a root, and where in it.
+pub fn find(mesh: &Mesh, root: u32, u: f64, v: f64) -> (u32, f64, f64) {
+    let inside = |p: &u32| {
+        let q = mesh.patch(*p);
+        q.root == root && (q.rect[0]..=q.rect[2]).contains(&u) && (q.rect[1]..=q.rect[3]).contains(&v)
+    };
+    let p = mesh.live().find(inside).expect("roots are covered");
+    let r = mesh.patch(p).rect;
+    (p, (u - r[0]) / (r[2] - r[0]), (v - r[1]) / (r[3] - r[1]))
+}
+
+/// Greatest change of a position, in parts of the canvas, and of a colour between a mesh and what it is after splits.
+pub fn change(before: &Mesh, after: &Mesh, random: &mut Random) -> [f64; 2] {
+    let live: Vec<u32> = before.live().collect();
+    let all = || live.iter().flat_map(|&p| before.geometry(p));
+    let (low, high) = (all().reduce(DVec2::min).unwrap(), all().reduce(DVec2::max).unwrap());
+    let canvas = (high - low).max_element();
+    let mut worst = [0.0f64; 2];
+    for _ in 0..4000 {
+        let p = live[random.below(live.len())];
+        let (u, v) = (random.unit(), random.unit());
+        let (x, c) = before.evaluate(p, u, v);
+        let (r, root) = (before.patch(p).rect, before.patch(p).root);
+        let (q, qu, qv) = find(after, root, r[0] + u * (r[2] - r[0]), r[1] + v * (r[3] - r[1]));
+        let (y, d) = after.evaluate(q, qu, qv);
+        worst[0] = worst[0].max((x - y).abs().max_element() / canvas);
+        worst[1] = worst[1].max((c - d).abs().max_element());
+    }
+    worst
+}
+
 /// A corner of a patch.
 pub fn corner(p: u32, i: usize) -> HalfEdge {
     HalfEdge::new(p, i)

@@ -5,18 +5,30 @@
 
 use super::xml::Element;
 use crate::scene::error::Fault;
+use std::rc::Rc;
 
 /// Properties that are looked at.
 const PROPERTIES: [&str; 7] = ["fill", "fill-opacity", "opacity", "stop-color", "stop-opacity", "color", "display"];
 /// Most comparisons of a selector's part with an element.
 const MOST: u64 = 100_000_000;
+/// Most bytes of a value: no colour and no reference has as many.
+const LONGEST: usize = 1000;
+/// Most bytes of selectors that are kept, with 16 more for each.
+const MOST_SELECTORS: usize = 2 << 20;
 
 /// A declaration that holds for an element.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Declared {
     pub name: &'static str,
-    pub value: String,
+    /// Shared: one value may hold for every element of the drawing.
+    pub value: Rc<str>,
     pub important: bool,
+}
+
+/// Puts a declaration in place of a weaker one, so that there are few however many rules hold.
+fn strengthen(declared: &mut Vec<Declared>, by: Declared) {
+    declared.retain(|weaker| (weaker.name, weaker.important) != (by.name, by.important));
+    declared.push(by);
 }
 
 /// A name, classes and an identifier, any of which may be open.
@@ -68,12 +80,13 @@ struct Rule<'a> {
     specificity: [usize; 3],
     /// From the outermost to the element itself.
     path: Vec<Compound<'a>>,
-    declarations: std::rc::Rc<Vec<Declared>>,
+    declarations: Rc<Vec<Declared>>,
 }
 
-/// The rules of all sheets in ascending order of precedence, and how many selectors were left out.
-fn rules(sheets: &str) -> (Vec<Rule<'_>>, usize) {
-    let (mut all, mut left_out) = (Vec::new(), 0);
+/// The rules of all sheets in ascending order of precedence, and how many selectors were left out; `None` when there are
+/// more than [`MOST_SELECTORS`].
+fn rules(sheets: &str) -> Option<(Vec<Rule<'_>>, usize)> {
+    let (mut all, mut left_out, mut kept) = (Vec::new(), 0, 0);
     let mut rest = sheets.trim_start();
     while let Some(stop) = rest.find(['{', ';']) {
         let prelude = rest[..stop].trim();
@@ -88,11 +101,15 @@ fn rules(sheets: &str) -> (Vec<Rule<'_>>, usize) {
         if prelude.starts_with('@') {
             continue;
         }
-        let declarations = std::rc::Rc::new(declarations(body));
+        let declarations = Rc::new(declarations(body));
         if declarations.is_empty() {
             continue;
         }
         for selector in prelude.split(',') {
+            kept += selector.len() + 16;
+            if kept > MOST_SELECTORS {
+                return None;
+            }
             let path: Option<Vec<Compound>> = selector.split_ascii_whitespace().map(Compound::of).collect();
             match path.filter(|path| !path.is_empty()) {
                 Some(path) => {
@@ -109,7 +126,7 @@ fn rules(sheets: &str) -> (Vec<Rule<'_>>, usize) {
         }
     }
     all.sort_by_key(|rule| rule.specificity);
-    (all, left_out)
+    Some((all, left_out))
 }
 
 /// Where the block that opens at `open` closes; the end of the text where it does not.
@@ -138,9 +155,11 @@ pub(super) fn declarations(body: &str) -> Vec<Declared> {
             Some((before, word)) if word.trim().eq_ignore_ascii_case("important") => (before.trim_end(), true),
             _ => (value, false),
         };
-        Some(Declared { name, value: value.to_owned(), important })
+        (value.len() <= LONGEST).then(|| Declared { name, value: value.into(), important })
     };
-    body.split(';').filter_map(one).collect()
+    let mut all = Vec::new();
+    body.split(';').filter_map(one).for_each(|declared| strengthen(&mut all, declared));
+    all
 }
 
 /// `text` without its comments.
@@ -171,13 +190,18 @@ pub(super) fn cascade(text: &str, root: &mut Element) -> Result<Option<String>, 
     let mut sheets = String::new();
     collect(root, &mut sheets);
     let sheets = without_comments(&sheets);
-    let (rules, left_out) = rules(&sheets);
+    let Some((rules, left_out)) = rules(&sheets) else { return Err(too_many(text, root)) };
     apply(text, root, None, None, &rules, &mut 0)?;
     Ok(match left_out {
         0 => None,
         1 => Some("1 selector of a style sheet is of a kind that is not read".to_owned()),
         n => Some(format!("{n} selectors of style sheets are of a kind that is not read")),
     })
+}
+
+fn too_many(text: &str, element: &Element) -> Fault {
+    let fix = "write the gradients' properties as attributes";
+    element.fault(text, "the style sheets have too many rules for so large a drawing", fix)
 }
 
 fn collect(element: &Element, sheets: &mut String) {
@@ -192,7 +216,7 @@ fn apply(
     text: &str,
     element: &mut Element,
     outer: Option<&Path>,
-    colour: Option<&str>,
+    colour: Option<&Rc<str>>,
     rules: &[Rule],
     work: &mut u64,
 ) -> Result<(), Fault> {
@@ -217,18 +241,17 @@ fn apply(
             }
         }
         if found {
-            declared.extend(rule.declarations.iter().cloned());
+            rule.declarations.iter().cloned().for_each(|by| strengthen(&mut declared, by));
         }
     }
     if *work > MOST {
-        let fix = "write the gradients' properties as attributes";
-        return Err(element.fault(text, "the style sheets have too many rules for so large a drawing", fix));
+        return Err(too_many(text, element));
     }
     element.declared = declared;
-    let own = element.property("color").filter(|value| *value != "inherit").map(str::to_owned);
-    let colour = own.as_deref().or(colour);
+    let own: Option<Rc<str>> = element.property("color").filter(|value| *value != "inherit").map(Rc::from);
+    let colour = own.as_ref().or(colour);
     if let (None, "stop", Some(value)) = (&own, element.name.as_str(), colour) {
-        element.declared.push(Declared { name: "color", value: value.to_owned(), important: true });
+        element.declared.push(Declared { name: "color", value: value.clone(), important: true });
     }
     let mut children = std::mem::take(&mut element.children);
     let path = Path { element, outer };

@@ -84,7 +84,7 @@ impl Element {
     pub fn property(&self, name: &str) -> Option<&str> {
         let of_sheets = |important: bool| {
             let mut strongest = self.declared.iter().rev();
-            strongest.find(|d| d.name == name && d.important == important).map(|d| d.value.as_str())
+            strongest.find(|d| d.name == name && d.important == important).map(|d| &*d.value)
         };
         let of_style = || {
             let declarations = self.get("style")?.rsplit(';').filter_map(|part| part.split_once(':'));
