@@ -16,6 +16,9 @@
 //! * **Patches** ([`adaptive`], [`patches`]) are those of the limit: bicubic ones of Catmull-Clark, quartic triangles of
 //!   Loop. There a crease counts as smooth as soon as its
 //!   sharpness is used up, and N_S is normalised on the levels before the first that is drawn and then at the end only.
+//! * **Control points** of patches are weighted sums of vertices of levels. All masks are linear, so position, N_S (not
+//!   normalised on drawn levels) and b have the same weights; these are written down by [`term`] and summed on the device
+//!   ([`crate::patch::stencil`]), or for `sample` and `check` on the CPU in double precision.
 //! * **Numbers.** Vertices of a level: those of the level before, then the face points (Catmull-Clark), then the edge
 //!   points. A vertex keeps its number for ever.
 //!
