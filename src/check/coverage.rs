@@ -81,8 +81,9 @@ impl Piece {
 
     /// Whether moving corners by `margin` may turn it over.
     fn may_turn(&self, margin: f64) -> bool {
-        let longest = self.sides().map(|(p, q, _)| p.distance(q)).fold(0.0, f64::max);
-        self.area().z.abs() <= 2.0 * margin * longest
+        // Of corners that move by m, twice the area changes by m times the way around and a little of second order.
+        let around: f64 = self.sides().map(|(p, q, _)| p.distance(q)).sum();
+        self.area().z.abs() <= margin * (around + 4.0 * margin)
     }
 
     /// Least and greatest depth at points of it within `margin` of `at`; `error` is that of a corner's depth.
