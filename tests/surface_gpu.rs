@@ -10,12 +10,13 @@ use gradtess::check::solid_cracks::{look_around, triangles_of};
 use gradtess::gpu::{Pixels, SolidFrame, SolidShow, Tessellation};
 use gradtess::mesh;
 use gradtess::patch::solid::{Primitive, Segments, SolidTable};
+use gradtess::patch::tessellator;
 use gradtess::scene::surface::SurfaceScene;
 use gradtess::surface::adaptive::Depth;
 use gradtess::surface::drawing;
 use gradtess::surface::level::{Level, Scheme};
 use gradtess::surface::patch_eval::point;
-use gradtess::surface::patches::patches;
+use gradtess::surface::patches::{patches, Form};
 use gradtess::surface::refine::levels;
 use gradtess::surface::shade::{shade, Settings};
 
@@ -160,6 +161,67 @@ fn patches_have_no_cracks_and_the_sides_of_triangles() {
             assert_eq!(see(&uniform), [255; 4]);
         }
     });
+}
+
+#[test]
+fn the_tessellator_joins_vertices_as_its_twin_says() {
+    with_gpu(|gpu| {
+        let mut random = gpu_support::Random::new(5);
+        // Crumpled nets: their triangles hide each other, so that any other diagonal shows.
+        let mut net = |corners: usize| -> Vec<[f64; 8]> {
+            let at = match corners {
+                4 => (0..16).map(|i| [f64::from(i % 4) / 3.0, f64::from(i / 4) / 3.0]).collect::<Vec<_>>(),
+                _ => (0..5)
+                    .flat_map(|j| (0..5 - j).map(move |i| [f64::from(i), f64::from(j)].map(|x| x / 4.0)))
+                    .collect(),
+            };
+            at.iter().map(|[x, y]| [*x, *y, 2.0 * random.next(), 0.0, 0.0, 0.0, 1.0, 0.0]).collect()
+        };
+        for (form, primitive) in [(Form::Bicubic, Primitive::Bicubic), (Form::Quartic, Primitive::Quartic)] {
+            let control = net(form.sides());
+            let mut table = SolidTable::new([DVec3::ZERO, DVec3::new(1.0, 1.0, 2.0)]);
+            for c in &control {
+                let i = table.vertex(DVec3::new(c[0], c[1], c[2]), 0.0, DVec3::Z);
+                table.indices.push(i);
+            }
+            table.part(primitive);
+            for n in (1..=11).chain([24, 39, 64]) {
+                let domain = match form.sides() {
+                    3 => tessellator::triangle([n; 3], n),
+                    _ => tessellator::quad([n; 4], n),
+                };
+                let at = |i: u32| {
+                    let [u, v] = domain.points[i as usize];
+                    point(form, &control, u, v, 1.0).position
+                };
+                let drawn: Vec<_> = domain.triangles.iter().map(|t| t.map(at)).collect();
+                let tessellation = Tessellation { segments: Segments::Fixed(n), ..Tessellation::default() };
+                let found = |triangles: &[[DVec3; 3]]| {
+                    look_around(gpu, &table, &Sheet::weld(triangles), tessellation, [4, 128], 11).unwrap()
+                };
+                let seen = found(&drawn);
+                assert!(seen.cracks == 0 && seen.covered > 4000, "{form:?} {n}: {seen:?}");
+                if n == 7 {
+                    // Two triangles beside each other, cut by the other diagonal.
+                    let swapped = (0..drawn.len()).filter_map(|k| other_diagonal(&drawn, k)).map(|t| found(&t).cracks);
+                    assert!(swapped.filter(|&cracks| cracks > 0).count() > 10, "{form:?}");
+                }
+            }
+        }
+    });
+}
+
+/// `triangles`, but triangle `k` and the next, which share an edge, are cut by the other diagonal.
+fn other_diagonal(triangles: &[[DVec3; 3]], k: usize) -> Option<Vec<[DVec3; 3]>> {
+    let (p, q) = (triangles.get(k)?, triangles.get(k + 1)?);
+    let [a] = p.iter().filter(|x| !q.contains(x)).collect::<Vec<_>>()[..] else { return None };
+    let [b] = q.iter().filter(|x| !p.contains(x)).collect::<Vec<_>>()[..] else { return None };
+    let at = p.iter().position(|x| x == a)?;
+    let (from, to) = (p[(at + 1) % 3], p[(at + 2) % 3]);
+    let mut out = triangles.to_vec();
+    out[k] = [*a, from, *b];
+    out[k + 1] = [*a, *b, to];
+    Some(out)
 }
 
 #[test]
