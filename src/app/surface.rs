@@ -1,6 +1,6 @@
 //! A surface in space (ZBK23) that is open in the editor: its sharp edges and their steps, and from where it is seen.
 
-use super::surface_journal::Keeper;
+use super::surface_journal::{line_of, line_of_move, Keeper, Line};
 use super::surface_picture::Drawn;
 use crate::camera::{bounds, Camera, Projection};
 use crate::gpu::{SolidNormals, SolidShow};
@@ -248,9 +248,9 @@ impl Solid {
     pub fn commit(&mut self) {
         let Some(step) = self.gesture.take() else { return };
         if step.before.iter().all(|&s| s == step.after) {
-            return self.keeper.gave_up();
+            return self.keeper.gave_up(Line::GivenUp);
         }
-        self.keeper.step(&step);
+        self.keeper.step(line_of(&step));
         if self.saved_at.is_some_and(|at| at > self.done.len()) {
             self.saved_at = None;
         }
@@ -263,7 +263,7 @@ impl Solid {
         self.commit();
         let step = if forward { self.undone.pop() } else { self.done.pop() };
         let Some(step) = step else { return false };
-        self.keeper.moved(forward);
+        self.keeper.moved(line_of_move(forward));
         self.put(&step.edges, |k| if forward { step.after } else { step.before[k] });
         self.selected = step.edges.iter().copied().collect();
         if forward {

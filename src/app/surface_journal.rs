@@ -5,22 +5,18 @@
 //! saved in between, begins with all steps since it was opened.
 
 use super::surface::{Solid, Step};
-use crate::edit::journal_file::{fault, lines, JournalFile};
+use crate::edit::journal_file::{self, fault, lines};
 use crate::scene::surface::{write, SurfaceScene, INFINITE};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 /// Version of the format.
 const VERSION: u32 = 1;
 
-/// How often a gesture that goes on is written.
-const LIVE: Duration = Duration::from_millis(400);
-
 /// Edges by their lower half-edges; a sharpness of [`INFINITE`] is for ever, since JSON has no infinity.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Line {
+pub(super) enum Line {
     BeginSurface { version: u32, file: Option<PathBuf>, source: String },
     Step { edges: Vec<u32>, sharpness: f64 },
     Undo,
@@ -29,84 +25,44 @@ enum Line {
     GivenUp,
 }
 
-fn line_of(step: &Step) -> Line {
+pub(super) type Keeper = journal_file::Keeper<Line, f64>;
+
+pub(super) fn line_of(step: &Step) -> Line {
     Line::Step { edges: step.edges.clone(), sharpness: step.after.min(INFINITE) }
 }
 
-/// What is in the journal, and what has still to go there.
-#[derive(Default)]
-pub(super) struct Keeper {
-    file: Option<JournalFile>,
-    waiting: Vec<Line>,
-    /// When the gesture that goes on was written last, and with what sharpness.
-    live: Option<(Instant, Option<f64>)>,
-}
-
-impl Keeper {
-    pub(super) fn step(&mut self, step: &Step) {
-        self.live = None;
-        self.waiting.push(line_of(step));
-    }
-
-    pub(super) fn moved(&mut self, forward: bool) {
-        self.waiting.push(if forward { Line::Redo } else { Line::Undo });
-    }
-
-    pub(super) fn gave_up(&mut self) {
-        if self.live.take().is_some_and(|(_, written)| written.is_some()) {
-            self.waiting.push(Line::GivenUp);
-        }
-    }
-
-    pub(super) fn end(&mut self) {
-        if let Some(file) = self.file.take() {
-            file.end();
-        }
-        self.waiting.clear();
-        self.live = None;
+/// A step taken back or done again.
+pub(super) fn line_of_move(forward: bool) -> Line {
+    if forward {
+        Line::Redo
+    } else {
+        Line::Undo
     }
 }
 
 impl Solid {
     /// Brings the journal up to date, if anything has happened; it begins with the first step. Where it lies:
-    /// [`JournalFile::create`].
+    /// [`JournalFile::create`](journal_file::JournalFile::create).
     ///
     /// # Errors
     /// It cannot be written, and is given up until the next step.
     pub fn keep_journal(&mut self, scene: Option<&Path>, state: Option<&Path>) -> std::io::Result<()> {
-        if let Some(gesture) = &self.gesture {
-            let (written, as_what) = self.keeper.live.get_or_insert((Instant::now(), None));
-            if written.elapsed() >= LIVE && *as_what != Some(gesture.after) {
-                (*written, *as_what) = (Instant::now(), Some(gesture.after));
-                let sharpness = gesture.after.min(INFINITE);
-                self.keeper.waiting.push(Line::Live { edges: gesture.edges.clone(), sharpness });
-            }
+        if let Some(step) = &self.gesture {
+            let sharpness = step.after.min(INFINITE);
+            self.keeper.goes_on(sharpness, || Line::Live { edges: step.edges.clone(), sharpness });
         }
-        if self.keeper.waiting.is_empty() {
-            return Ok(());
-        }
-        let lines = match self.keeper.file {
-            Some(_) => std::mem::take(&mut self.keeper.waiting),
-            None => self.all_lines(scene),
-        };
-        self.keeper.waiting.clear();
-        if self.keeper.file.is_none() {
-            self.keeper.file = Some(JournalFile::create(scene, state)?);
-        }
-        let written = self.keeper.file.as_mut().map_or(Ok(()), |file| file.append(&lines));
-        if written.is_err() {
-            self.keeper.file = None;
-        }
-        written
+        let Some((begins, last)) = self.keeper.news() else { return Ok(()) };
+        let whole = begins.then(|| self.all_lines(scene, last));
+        self.keeper.write(whole, scene, state)
     }
 
-    /// A whole journal as of now.
-    fn all_lines(&self, scene: Option<&Path>) -> Vec<Line> {
+    /// A whole journal as of now; `last` is what happened last.
+    fn all_lines(&self, scene: Option<&Path>, last: &Line) -> Vec<Line> {
         let file = scene.map(|f| std::path::absolute(f).unwrap_or_else(|_| f.to_path_buf()));
         let mut all = vec![Line::BeginSurface { version: VERSION, file, source: write(&self.as_opened()) }];
         all.extend(self.done.iter().chain(self.undone.iter().rev()).map(line_of));
         all.extend(self.undone.iter().map(|_| Line::Undo));
-        all.extend(self.keeper.waiting.last().filter(|line| matches!(line, Line::Live { .. })).cloned());
+        all.extend(matches!(last, Line::Live { .. }).then(|| last.clone()));
         all
     }
 
@@ -117,7 +73,7 @@ impl Solid {
 
     /// Where the journal is, if there is one.
     pub fn journal(&self) -> Option<&Path> {
-        self.keeper.file.as_ref().map(JournalFile::path)
+        self.keeper.path()
     }
 
     /// Selects edges and gives them a sharpness in one step; `false` if there is no such edge.
@@ -196,7 +152,7 @@ pub fn restore(path: &Path) -> Result<Restored, String> {
 mod tests {
     use super::super::habits::Folder;
     use super::*;
-    use crate::edit::journal_file::left_behind;
+    use crate::edit::journal_file::{left_behind, LIVE};
     use crate::timing::random::Random;
 
     /// Half a cube: four of its edges are boundary.

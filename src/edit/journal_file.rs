@@ -8,6 +8,7 @@ use serde::Serialize;
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Name of journals: `.NAME.PID.N.gradtess-journal`.
 const EXTENSION: &str = "gradtess-journal";
@@ -73,6 +74,89 @@ impl JournalFile {
     /// Removes it.
     pub fn end(self) {
         let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// How often a gesture that goes on is written.
+pub const LIVE: Duration = Duration::from_millis(400);
+
+/// The journal of a session, which begins with the first step: lines `L` of what was done, and while a gesture goes on now
+/// and then one of what it does, told by a `G`.
+pub struct Keeper<L, G> {
+    file: Option<JournalFile>,
+    /// What has still to go to the disk.
+    waiting: Vec<L>,
+    /// When the gesture that goes on was written last, and as what.
+    live: Option<(Instant, Option<G>)>,
+}
+
+impl<L, G> Default for Keeper<L, G> {
+    fn default() -> Self {
+        Keeper { file: None, waiting: Vec::new(), live: None }
+    }
+}
+
+impl<L: Serialize, G: Copy + PartialEq> Keeper<L, G> {
+    /// A step was made: the end of a gesture, if one went on.
+    pub fn step(&mut self, line: L) {
+        self.live = None;
+        self.waiting.push(line);
+    }
+
+    /// A step was undone or done again.
+    pub fn moved(&mut self, line: L) {
+        self.waiting.push(line);
+    }
+
+    /// A gesture came to nothing; `line` is needed if something of it was written.
+    pub fn gave_up(&mut self, line: L) {
+        if self.live.take().is_some_and(|(_, written)| written.is_some()) {
+            self.waiting.push(line);
+        }
+    }
+
+    /// A gesture goes on: a line of it every [`LIVE`], if it has changed.
+    pub fn goes_on(&mut self, gesture: G, line: impl FnOnce() -> L) {
+        let (written, as_what) = self.live.get_or_insert((Instant::now(), None));
+        if written.elapsed() >= LIVE && *as_what != Some(gesture) {
+            (*written, *as_what) = (Instant::now(), Some(gesture));
+            self.waiting.push(line());
+        }
+    }
+
+    /// What is to be written last; whether that is all of a session (`true`) or goes behind what is there. `None`: nothing.
+    pub fn news(&self) -> Option<(bool, &L)> {
+        self.waiting.last().map(|last| (self.file.is_none(), last))
+    }
+
+    /// Writes what waits, or `whole` in its place to a new journal ([`JournalFile::create`]).
+    ///
+    /// # Errors
+    /// It cannot be written, and is given up until the next step.
+    pub fn write(&mut self, whole: Option<Vec<L>>, scene: Option<&Path>, state: Option<&Path>) -> std::io::Result<()> {
+        let waiting = std::mem::take(&mut self.waiting);
+        let lines = whole.unwrap_or(waiting);
+        let mut file = match self.file.take() {
+            Some(file) => file,
+            None => JournalFile::create(scene, state)?,
+        };
+        file.append(&lines)?;
+        self.file = Some(file);
+        Ok(())
+    }
+
+    /// Removes the journal: everything is saved or given up.
+    pub fn end(&mut self) {
+        if let Some(file) = self.file.take() {
+            file.end();
+        }
+        self.waiting.clear();
+        self.live = None;
+    }
+
+    /// Where the journal is, if there is one.
+    pub fn path(&self) -> Option<&Path> {
+        self.file.as_ref().map(JournalFile::path)
     }
 }
 

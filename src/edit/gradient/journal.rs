@@ -6,17 +6,13 @@
 //! the operations name are those of the session.
 
 use super::{Gradient, Op};
-use crate::edit::journal_file::{fault, lines, JournalFile};
+use crate::edit::journal_file::{fault, lines, Keeper as Lines};
 use crate::ferguson::inherit::Continuity;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 /// Version of the format.
 const VERSION: u32 = 1;
-
-/// How often a gesture that goes on is written.
-const LIVE: Duration = Duration::from_millis(400);
 
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -29,87 +25,61 @@ enum Line {
     GivenUp,
 }
 
-/// What is in the journal, and what has still to go there.
+/// The journal of a mesh.
 pub(super) struct Keeper {
     /// What the mesh was read from.
     source: String,
     name: String,
-    file: Option<JournalFile>,
-    waiting: Vec<Line>,
-    /// When the gesture that goes on was written last, and as what.
-    live: Option<(Instant, Option<Op>)>,
+    lines: Lines<Line, Op>,
 }
 
 impl Keeper {
     pub(super) fn new(source: String, name: String) -> Keeper {
-        Keeper { source, name, file: None, waiting: Vec::new(), live: None }
+        Keeper { source, name, lines: Lines::default() }
     }
 
     pub(super) fn step(&mut self, op: Op, continuity: Continuity) {
-        self.live = None;
-        self.waiting.push(Line::Step { op, continuity });
+        self.lines.step(Line::Step { op, continuity });
     }
 
     pub(super) fn moved(&mut self, forward: bool) {
-        self.waiting.push(if forward { Line::Redo } else { Line::Undo });
+        self.lines.moved(if forward { Line::Redo } else { Line::Undo });
     }
 
     pub(super) fn gave_up(&mut self) {
-        if self.live.take().is_some_and(|(_, written)| written.is_some()) {
-            self.waiting.push(Line::GivenUp);
-        }
+        self.lines.gave_up(Line::GivenUp);
     }
 
     pub(super) fn end(&mut self) {
-        if let Some(file) = self.file.take() {
-            file.end();
-        }
-        self.waiting.clear();
-        self.live = None;
+        self.lines.end();
     }
 }
 
 impl Gradient {
     /// Brings the journal up to date, if anything has happened; it begins with the first step. Where it lies:
-    /// [`JournalFile::create`].
+    /// [`JournalFile::create`](crate::edit::journal_file::JournalFile::create).
     ///
     /// # Errors
     /// It cannot be written, and is given up until the next step.
     pub fn keep_journal(&mut self, scene: Option<&Path>, state: Option<&Path>) -> std::io::Result<()> {
         if let Some(gesture) = &self.gesture {
-            let (written, as_what) = self.keeper.live.get_or_insert((Instant::now(), None));
-            if written.elapsed() >= LIVE && *as_what != Some(gesture.op) {
-                (*written, *as_what) = (Instant::now(), Some(gesture.op));
-                self.keeper.waiting.push(Line::Live { op: gesture.op, continuity: gesture.continuity });
-            }
+            let (op, continuity) = (gesture.op, gesture.continuity);
+            self.keeper.lines.goes_on(op, || Line::Live { op, continuity });
         }
-        if self.keeper.waiting.is_empty() {
-            return Ok(());
-        }
-        let lines = match self.keeper.file {
-            Some(_) => std::mem::take(&mut self.keeper.waiting),
-            None => self.all_lines(scene),
-        };
-        self.keeper.waiting.clear();
-        if self.keeper.file.is_none() {
-            self.keeper.file = Some(JournalFile::create(scene, state)?);
-        }
-        let written = self.keeper.file.as_mut().map_or(Ok(()), |file| file.append(&lines));
-        if written.is_err() {
-            self.keeper.file = None;
-        }
-        written
+        let Some((begins, last)) = self.keeper.lines.news() else { return Ok(()) };
+        let whole = begins.then(|| self.all_lines(scene, last));
+        self.keeper.lines.write(whole, scene, state)
     }
 
-    /// A whole journal as of now.
-    fn all_lines(&self, scene: Option<&Path>) -> Vec<Line> {
+    /// A whole journal as of now; `last` is what happened last.
+    fn all_lines(&self, scene: Option<&Path>, last: &Line) -> Vec<Line> {
         let file = scene.map(|f| std::path::absolute(f).unwrap_or_else(|_| f.to_path_buf()));
         let (name, source) = (self.keeper.name.clone(), self.keeper.source.clone());
         let mut all = vec![Line::BeginGradient { version: VERSION, file, name, source }];
         all.extend(self.done.iter().map(|s| Line::Step { op: s.op, continuity: s.continuity }));
         all.extend(self.undone.iter().rev().map(|&(op, continuity)| Line::Step { op, continuity }));
         all.extend(self.undone.iter().map(|_| Line::Undo));
-        all.extend(self.keeper.waiting.last().filter(|line| matches!(line, Line::Live { .. })).cloned());
+        all.extend(matches!(last, Line::Live { .. }).then(|| last.clone()));
         all
     }
 
@@ -120,7 +90,7 @@ impl Gradient {
 
     /// Where the journal is, if there is one.
     pub fn journal(&self) -> Option<&Path> {
-        self.keeper.file.as_ref().map(JournalFile::path)
+        self.keeper.lines.path()
     }
 }
 
@@ -190,7 +160,7 @@ pub fn restore(path: &Path) -> Result<Restored, String> {
 mod tests {
     use super::*;
     use crate::edit::gradient::pick::Pick;
-    use crate::edit::journal_file::left_behind;
+    use crate::edit::journal_file::{left_behind, LIVE};
     use crate::ferguson::mesh::HalfEdge;
     use crate::ferguson::split::Axis;
     use crate::ferguson::Mesh;
