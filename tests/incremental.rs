@@ -165,43 +165,63 @@ fn assert_equal(state: &State, options: Options, irregular: Irregular, what: &st
     assert_eq!(state.refinement.levels.len(), fresh.refinement.levels.len(), "{what}");
 }
 
+/// Someone who edits a scene, and now and then takes an edit back or makes it again.
+struct Hand {
+    random: Random,
+    undo: Vec<Scene>,
+    redo: Vec<Scene>,
+}
+
+impl Hand {
+    fn new(random: Random) -> Hand {
+        Hand { random, undo: Vec::new(), redo: Vec::new() }
+    }
+
+    /// The scene after the next edit, undo or redo.
+    fn next(&mut self, now: &Scene) -> Scene {
+        match self.random.below(6) {
+            0 if !self.undo.is_empty() => {
+                self.redo.push(now.clone());
+                self.undo.pop().unwrap()
+            }
+            1 if !self.redo.is_empty() => {
+                self.undo.push(now.clone());
+                self.redo.pop().unwrap()
+            }
+            _ => {
+                let mut next = now.clone();
+                edit(&mut next, &mut self.random);
+                self.undo.push(now.clone());
+                self.redo.clear();
+                next
+            }
+        }
+    }
+}
+
+const WAYS: [(Rules, Irregular, Mode); 4] = [
+    (Rules::Gradtess, Irregular::Gregory, Mode::Adaptive { isolate: 0 }),
+    (Rules::Authors, Irregular::Gregory, Mode::Adaptive { isolate: 0 }),
+    (Rules::Gradtess, Irregular::Bicubic, Mode::Adaptive { isolate: 2 }),
+    (Rules::Gradtess, Irregular::Gregory, Mode::Global(2)),
+];
+
 #[test]
 fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
     let (local, all) = (Cell::new([0; 2]), Cell::new([0; 2]));
     for_random_scenes(60, |scene, _| {
         let seed =
             scene.mesh.positions.iter().fold(scene.colours.len() as u64, |s, p| s.rotate_left(7) ^ p.x.to_bits());
-        let mut random = Random(seed);
-        for (rules, irregular, mode) in [
-            (Rules::Gradtess, Irregular::Gregory, Mode::Adaptive { isolate: 0 }),
-            (Rules::Authors, Irregular::Gregory, Mode::Adaptive { isolate: 0 }),
-            (Rules::Gradtess, Irregular::Bicubic, Mode::Adaptive { isolate: 2 }),
-            (Rules::Gradtess, Irregular::Gregory, Mode::Global(2)),
-        ] {
+        let mut hand = Hand::new(Random(seed));
+        for (rules, irregular, mode) in WAYS {
             let options = Options { rules, mode };
             let mut state = State::new(scene.clone(), options, irregular).unwrap();
-            let (mut undo, mut redo) = (Vec::new(), Vec::new());
+            (hand.undo, hand.redo) = (Vec::new(), Vec::new());
             // Whether the numbers of points may be others than those of a fresh table.
             let mut replanned = false;
             for step in 0..12 {
                 let before = state.scene.clone();
-                let next = match random.below(6) {
-                    0 if !undo.is_empty() => {
-                        redo.push(before.clone());
-                        undo.pop().unwrap()
-                    }
-                    1 if !redo.is_empty() => {
-                        undo.push(before.clone());
-                        redo.pop().unwrap()
-                    }
-                    _ => {
-                        let mut next = before.clone();
-                        edit(&mut next, &mut random);
-                        undo.push(before.clone());
-                        redo.clear();
-                        next
-                    }
-                };
+                let next = hand.next(&before);
                 let edits = delta(&before, &next);
                 let planned = edits.as_ref().is_none_or(|d| !d.is_values());
                 let outcome = state.set(next).unwrap();
@@ -294,57 +314,77 @@ fn compacting_gives_the_room_back_and_edits_go_on_in_place() {
     assert_equal(&state, options, irregular, "an edit after that");
 }
 
+/// After each of `GRADTESS_EDIT_STEPS` steps: as many scenes as steps in each.
 #[test]
-fn the_device_has_what_the_host_has_after_partial_uploads() {
+fn the_device_has_what_the_host_and_a_fresh_rebuild_have_after_partial_uploads() {
+    let steps = std::env::var("GRADTESS_EDIT_STEPS").ok().and_then(|value| value.parse::<u32>().ok()).unwrap_or(400);
+    let each = steps.isqrt().max(12);
     gpu_support::with_gpu(|gpu| {
-        let (partial, parts, bytes) = (Cell::new(0), Cell::new(0), Cell::new([0u64; 2]));
-        for_random_scenes(16, |scene, _| {
-            let mut random = Random(scene.geometry.len() as u64 + 77 * scene.colours.len() as u64);
-            let mut state = State::new(scene.clone(), Options::default(), Irregular::Gregory).unwrap();
+        let counts = Cell::new(Counts::default());
+        for_random_scenes(steps.div_ceil(each), |scene, _| {
+            let mut count = counts.get();
+            let mut hand = Hand::new(Random(scene.geometry.len() as u64 + 77 * scene.colours.len() as u64));
+            // Half of them in the way in which most is followed in place.
+            let (rules, irregular, mode) = WAYS[hand.random.below(2 * WAYS.len() - 2).saturating_sub(WAYS.len() - 2)];
+            let options = Options { rules, mode };
+            let mut state = State::new(scene.clone(), options, irregular).unwrap();
             let mut device = gpu.upload(&state.table).unwrap();
-            for _ in 0..12 {
-                let mut next = state.scene.clone();
-                edit(&mut next, &mut random);
+            for step in 0..each {
+                let next = hand.next(&state.scene);
                 match state.set(next).unwrap() {
                     Outcome::Local(touched) => {
-                        let done = match touched.changed.indices.is_empty() {
-                            true => gpu.update_points(&mut device, &state.table, &touched.changed.control).unwrap(),
-                            false => {
-                                let (control, indices) = (&touched.changed.control, &touched.changed.indices);
-                                parts.set(parts.get() + 1);
-                                gpu.update_parts(&mut device, &state.table, control, indices).unwrap()
-                            }
+                        let (control, indices) = (&touched.changed.control, &touched.changed.indices);
+                        let done = match indices.is_empty() {
+                            true => gpu.update_points(&mut device, &state.table, control).unwrap(),
+                            false => gpu.update_parts(&mut device, &state.table, control, indices).unwrap(),
                         };
+                        count.parts += u32::from(!indices.is_empty());
                         assert_eq!(device.ranges(), state.table.ranges);
-                        assert!(
-                            done.bytes >= 32 * touched.changed.control.len() as u64 && done.bytes <= device.bytes()
-                        );
-                        partial.set(partial.get() + 1);
-                        let [some, all] = bytes.get();
-                        bytes.set([some + done.bytes, all + device.bytes()]);
+                        assert!(done.bytes >= 32 * control.len() as u64 && done.bytes <= device.bytes());
+                        count.local += 1;
+                        count.bytes = [count.bytes[0] + done.bytes, count.bytes[1] + device.bytes()];
                     }
-                    Outcome::Rebuilt(_) => gpu.update(&mut device, &state.table).unwrap(),
+                    Outcome::Rebuilt(_) => {
+                        gpu.update(&mut device, &state.table).unwrap();
+                        count.rebuilt += 1;
+                    }
                 }
+                // Now and then nobody waits.
+                if hand.random.below(8) == 0 && state.compact() {
+                    gpu.update(&mut device, &state.table).unwrap();
+                    count.compacted += 1;
+                }
+                assert_equal(&state, options, irregular, &format!("step {step}, {rules:?}, {irregular:?}, {mode:?}"));
                 let packed = pack(&state.table);
                 let (control, indices) = gpu.read_table(&mut device).unwrap();
                 let same = packed.control.iter().flatten().flat_map(|x| x.to_le_bytes()).eq(control);
-                assert!(same && packed.indices.iter().flat_map(|i| i.to_le_bytes()).eq(indices));
+                assert!(same && packed.indices.iter().flat_map(|i| i.to_le_bytes()).eq(indices), "step {step}");
+                count.read_back += 1;
             }
             // Copies that nobody waited for, and a table that goes while they are on their way.
             let all: Vec<u32> = (0..state.table.control.len() as u32).collect();
             for _ in 0..5 {
                 gpu.update_points(&mut device, &state.table, &all).unwrap();
             }
+            counts.set(count);
         });
-        assert!(parts.get() > 15);
-        println!(
-            "{} partial uploads, {} of other patches, {:?} bytes of those of whole tables",
-            partial.get(),
-            parts.get(),
-            bytes.get()
-        );
-        assert!(partial.get() > 50);
+        let count = counts.get();
+        println!("{count:?}");
+        assert!(count.parts > 15 && count.local > 50);
     });
+}
+
+/// What came of the steps.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    /// Followed in place; with other patches.
+    local: u32,
+    parts: u32,
+    rebuilt: u32,
+    compacted: u32,
+    read_back: u32,
+    /// Of partial uploads, and of whole tables in their place.
+    bytes: [u64; 2],
 }
 
 #[test]
