@@ -15,7 +15,8 @@ use gradtess::edit::paint;
 use gradtess::edit::place::exact_limit;
 use gradtess::patch::build::face_control;
 use gradtess::patch::{ControlPoint, Face};
-use gradtess::scene::Scene;
+use gradtess::refine::Mode;
+use gradtess::scene::{Frame, GeometryEdit, Scene};
 use random_scene::for_random_scenes;
 use std::cell::Cell;
 
@@ -79,6 +80,46 @@ fn every_step_of_a_scripted_drag_has_the_bits_of_a_fresh_build() {
     }
     println!("{local} of {all} steps in place");
     assert!(3 * local > 2 * all, "most steps are followed in place: {local} of {all}");
+}
+
+#[test]
+fn edits_are_followed_in_place_whatever_is_drawn() {
+    for (mode, came_in_place) in
+        [(Mode::Global(2), true), (Mode::Global(0), true), (Mode::Adaptive { isolate: 1 }, false)]
+    {
+        let drawing = Drawing { mode, ..Drawing::default() };
+        let mut model = model("unit/geometry_level_2");
+        model.draw(drawing).unwrap();
+        let first = model.scene.clone();
+        let mut moved = first.clone();
+        moved.mesh.positions[1] += DVec2::new(0.03, -0.02);
+        moved.geometry[0].a += 0.05;
+        let mut more = moved.clone();
+        let edit = GeometryEdit { level: 3, half_edge: 700, vertex: None, a: 0.1, b: 0.05, frame: Frame::Sector };
+        more.geometry.push(edit);
+        let mut less = more.clone();
+        less.geometry.remove(0);
+        for (step, (next, only_values)) in
+            [(&moved, true), (&more, false), (&less, false), (&more, false), (&moved, false), (&first, true)]
+                .into_iter()
+                .enumerate()
+        {
+            let before = model.revision;
+            model.set(next.clone()).unwrap();
+            let in_place = model.changed_since(before).is_some();
+            assert_eq!(in_place, only_values || came_in_place, "{mode:?} step {step}");
+            let what = format!("{mode:?} step {step}");
+            assert_fresh(&model, &what);
+            // The levels in which handles are found.
+            let fresh = Model::new(next.clone(), Drawing::default()).unwrap();
+            same_table::assert_same(&model.to_try().table, &fresh.table, &what);
+            assert_eq!(handles(&model, Stage::Level(2)), handles(&fresh, Stage::Level(2)), "{what}");
+        }
+        let room = model.compact().unwrap();
+        assert_fresh(&model, &format!("{mode:?} compacted: {room}"));
+        model.set(moved.clone()).unwrap();
+        assert_fresh(&model, &format!("{mode:?} after that"));
+    }
 }
 
 /// The verdict of a test of all patches of a fresh build.

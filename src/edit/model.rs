@@ -2,7 +2,7 @@
 
 use super::place::{exact_limit, finest, limit_in};
 use super::EditError;
-use crate::incremental::{delta, fits, follow, Changed, Index, Kept, ValueEdit};
+use crate::incremental::{delta, fits, follow, Changed, Delta, Index, Kept, Touched, ValueEdit, Whole};
 use crate::mesh::{self, HalfEdgeMesh, ShapeNote};
 use crate::patch::build::build;
 use crate::patch::points::Irregular;
@@ -25,7 +25,7 @@ pub struct Drawing {
 
 impl Default for Drawing {
     fn default() -> Self {
-        Drawing { mode: Mode::Adaptive { isolate: 0 }, irregular: Irregular::Gregory }
+        Drawing { mode: ADAPTIVE, irregular: Irregular::Gregory }
     }
 }
 
@@ -35,7 +35,7 @@ pub struct Model {
     pub scene: Scene,
     /// Its polygons as half-edges.
     pub mesh: HalfEdgeMesh,
-    /// Adaptive levels: where the surface is, whatever is drawn.
+    /// Adaptive levels: where the surface and its handles are, whatever is drawn.
     pub refinement: Refinement,
     /// What is drawn.
     pub table: PatchTable,
@@ -47,11 +47,25 @@ pub struct Model {
     pub revision: u64,
     /// Wall time of the last refinement and of the last patch table.
     pub times: [Duration; 2],
-    /// Ways back from edits to patches, once an edit was followed in place.
+    /// Ways back from edits to the patches of the adaptive levels, once an edit was followed in place.
     index: Option<Index>,
+    /// In other modes, what is drawn.
+    aside: Option<Aside>,
     /// What the latest revisions changed in place, the last one last.
     steps: VecDeque<(u64, Changed)>,
 }
+
+/// What is drawn in another mode than that of the levels in which handles are found.
+struct Aside {
+    /// Levels of [`Model::table`].
+    refinement: Refinement,
+    /// Ways back from edits to its patches, once an edit was followed in place.
+    index: Option<Index>,
+    /// The adaptive levels' own table, which nobody sees. Empty until an edit is followed in place.
+    unseen: PatchTable,
+}
+
+const ADAPTIVE: Mode = Mode::Adaptive { isolate: 0 };
 
 /// Revisions whose changes are remembered, for whoever has seen one of them.
 const STEPS: usize = 16;
@@ -73,6 +87,7 @@ impl Model {
             revision: 0,
             times: [Duration::ZERO; 2],
             index: None,
+            aside: None,
             steps: VecDeque::new(),
         };
         model.draw(drawing)?;
@@ -95,19 +110,27 @@ impl Model {
 
     /// Follows what changes in place; `false` where that cannot be done.
     fn follow(&mut self, scene: &Scene) -> bool {
-        if self.drawing.mode != (Mode::Adaptive { isolate: 0 }) || self.table.faces.is_empty() {
-            return false;
-        }
-        if self.index.as_ref().is_some_and(|index| index.is_fragmented(&self.table)) {
+        if self.table.faces.is_empty() || self.has_room(Index::is_fragmented) {
             return false;
         }
         let Some(delta) = delta(&self.scene, scene).filter(|delta| fits(delta, &self.mesh)) else { return false };
-        let Model { scene: own, mesh, refinement, table, .. } = self;
-        let index = self.index.get_or_insert_with(|| Index::new(own, mesh, refinement, table));
-        let mode = Mode::Adaptive { isolate: 0 };
-        let mut kept = Kept { scene: own, mesh, refinement, table, irregular: self.drawing.irregular, mode };
-        let Ok(touched) = follow(index, &mut kept, &delta) else {
-            // The levels are half-way, what is drawn of them too; the mesh has its new positions.
+        let Model { scene: own, mesh, refinement, table, index, aside, drawing, .. } = self;
+        let Drawing { irregular, mode } = *drawing;
+        let done = match aside {
+            None => step(index, Kept { scene: own, mesh, refinement, table, irregular, mode }, &delta),
+            Some(Aside { refinement: drawn, index: of_drawn, unseen }) => {
+                // The levels in which handles are found take the same step from where the scene was.
+                if unseen.faces.is_empty() {
+                    *unseen = build(refinement, irregular);
+                }
+                let (scene, its_mesh) = (&mut own.clone(), &mut mesh.clone());
+                let first = Kept { scene, mesh: its_mesh, refinement, table: unseen, irregular, mode: ADAPTIVE };
+                let then = Kept { scene: own, mesh, refinement: drawn, table, irregular, mode };
+                step(index, first, &delta).and_then(|_| step(of_drawn, then, &delta))
+            }
+        };
+        let Ok(touched) = done else {
+            // The levels are half-way, what is drawn of them too; the mesh may have its new positions.
             self.index = None;
             self.notes = mesh::shape_notes(&self.mesh);
             return false;
@@ -129,12 +152,29 @@ impl Model {
     /// # Errors
     /// As [`Model::new`]; but the scene was built before.
     pub fn compact(&mut self) -> Result<bool, EditError> {
-        if !self.index.as_ref().is_some_and(|index| index.is_loose(&self.table)) {
+        if !self.has_room(Index::is_loose) {
             return Ok(false);
         }
         self.rebuild(self.scene.clone())?;
-        self.index = Some(Index::ready(&self.scene, &self.mesh, &self.refinement, &self.table, self.drawing.mode));
+        let Model { scene, mesh, refinement, table, aside, drawing, .. } = self;
+        let ready = |refinement, table, mode| Some(Index::ready(scene, mesh, refinement, table, mode));
+        self.index = match aside {
+            None => ready(refinement, table, drawing.mode),
+            Some(aside) => {
+                aside.unseen = build(refinement, drawing.irregular);
+                aside.index = ready(&mut aside.refinement, table, drawing.mode);
+                ready(refinement, &mut aside.unseen, ADAPTIVE)
+            }
+        };
         Ok(true)
+    }
+
+    /// Whether one of the tables has much room that edits left.
+    fn has_room(&self, much: impl Fn(&Index, &PatchTable) -> bool) -> bool {
+        let adaptive = self.aside.as_ref().map_or(&self.table, |aside| &aside.unseen);
+        let drawn = self.aside.as_ref().and_then(|aside| aside.index.as_ref());
+        self.index.as_ref().is_some_and(|index| much(index, adaptive))
+            || drawn.is_some_and(|index| much(index, &self.table))
     }
 
     /// What of the table differs from that of an earlier revision; `None` where all may, or it is too long ago.
@@ -156,7 +196,7 @@ impl Model {
         let refinement = adaptive(&scene, &mesh)?;
         let refined = Instant::now();
         let made = match self.drawing.mode {
-            Mode::Adaptive { isolate: 0 } => None,
+            ADAPTIVE => None,
             mode => Some(refine(&scene, &mesh, Options { rules: Rules::Gradtess, mode })?),
         };
         let shown = Instant::now();
@@ -168,7 +208,8 @@ impl Model {
             self.notes = mesh::shape_notes(&mesh);
         }
         (self.scene, self.mesh, self.refinement) = (scene, mesh, refinement);
-        self.index = None;
+        let aside = |refinement| Aside { refinement, index: None, unseen: PatchTable::default() };
+        (self.index, self.aside) = (None, made.map(aside));
         self.steps.clear();
         self.revision += 1;
         Ok(())
@@ -178,21 +219,22 @@ impl Model {
     pub fn to_try(&self) -> Model {
         let r = &self.refinement;
         let refinement = Refinement { levels: r.levels.clone(), fates: r.fates.clone(), ..*r };
-        let adaptive = Mode::Adaptive { isolate: 0 };
         Model {
             scene: self.scene.clone(),
             mesh: self.mesh.clone(),
-            table: match self.drawing.mode == adaptive {
-                true => self.table.clone(),
-                false => build(&refinement, self.drawing.irregular),
+            table: match &self.aside {
+                None => self.table.clone(),
+                Some(Aside { unseen, .. }) if !unseen.faces.is_empty() => unseen.clone(),
+                Some(_) => build(&refinement, self.drawing.irregular),
             },
             refinement,
             notes: Vec::new(),
-            drawing: Drawing { mode: adaptive, ..self.drawing },
+            drawing: Drawing { mode: ADAPTIVE, ..self.drawing },
             revision: 0,
             times: [Duration::ZERO; 2],
             // Once it is there, levels and table may stand in an order that none can be made of.
             index: self.index.clone(),
+            aside: None,
             steps: VecDeque::new(),
         }
     }
@@ -240,6 +282,13 @@ impl Model {
         }
         done
     }
+}
+
+/// Follows an edit in some levels and their table.
+fn step(index: &mut Option<Index>, mut kept: Kept, delta: &Delta) -> Result<Touched, Whole> {
+    let Kept { scene, mesh, refinement, table, .. } = &mut kept;
+    let index = index.get_or_insert_with(|| Index::new(scene, mesh, refinement, table));
+    follow(index, &mut kept, delta)
 }
 
 fn adaptive(scene: &Scene, mesh: &HalfEdgeMesh) -> Result<Refinement, EditError> {
