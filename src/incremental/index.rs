@@ -1,7 +1,7 @@
 //! What a rebuild does not keep: the way back from a vertex, a face or an edit to what stands where.
 
 use super::colour::{uncount, Group};
-use super::memory::{of, of_map};
+use super::memory::{fit_all, of, of_map};
 use super::plan::Plan;
 use super::slots::Slots;
 use crate::mesh::{HalfEdgeMesh, NONE};
@@ -58,7 +58,7 @@ pub(super) struct LevelIndex {
     pub chained: HashMap<u32, u32>,
     /// Group that spreads over each vertex, or [`NONE`]. Empty without colour edits.
     pub painted: Vec<u32>,
-    /// Causes of the plan that ask for each face to be refined; empty until the plan is edited.
+    /// How many causes of the plan ask for each face to be refined ([`super::asked`]); empty until the plan is edited.
     pub asked: Vec<u32>,
     /// Numbers of faces and of values (vertices and tints) that are not there any more.
     pub free_faces: Vec<u32>,
@@ -121,11 +121,13 @@ pub struct Index {
 }
 
 impl Index {
-    /// Indices for a refined scene and the table that was built of it. Time and memory linear in the levels.
+    /// Indices for a refined scene and the table that was built of it. Time and memory linear in the levels. Room that
+    /// building left in both is given back, as one table and its levels are kept from now on.
     ///
     /// # Panics
     /// If the refinement is not that of the scene.
-    pub fn new(scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement, table: &PatchTable) -> Index {
+    pub fn new(scene: &Scene, mesh: &HalfEdgeMesh, refinement: &mut Refinement, table: &mut PatchTable) -> Index {
+        fit_all(refinement, table);
         let mut drawn = 0;
         let mut levels: Vec<LevelIndex> = Vec::new();
         for (l, (level, fates)) in refinement.levels.iter().zip(&refinement.fates).enumerate() {
@@ -388,13 +390,19 @@ impl Index {
         self.slots.is_loose(table)
     }
 
-    /// The ways back from a scene's edits to its patches, and which edits asked for which faces: all that a first edit would
-    /// make. Linear in the levels.
-    pub fn ready(scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement, table: &PatchTable, mode: Mode) -> Index {
+    /// The ways back from a scene's edits to its patches, and what tells which faces edits asked for: all that a first edit
+    /// would make. Linear in the levels.
+    pub fn ready(
+        scene: &Scene,
+        mesh: &HalfEdgeMesh,
+        refinement: &mut Refinement,
+        table: &mut PatchTable,
+        mode: Mode,
+    ) -> Index {
         let mut index = Index::new(scene, mesh, refinement, table);
         if mode == (Mode::Adaptive { isolate: 0 }) && refinement.rules == Rules::Gradtess {
-            // What cannot be counted is found out, and said, by the edit that needs it.
-            let _ = index.count_causes(scene, mesh, refinement);
+            index.make_plan(scene, mesh, refinement);
+            index.count_stars(scene, mesh);
         }
         index
     }

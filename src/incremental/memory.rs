@@ -2,6 +2,7 @@
 
 use crate::mesh::HalfEdgeMesh;
 use crate::patch::PatchTable;
+use crate::refine::Refinement;
 use crate::scene::Scene;
 use crate::subdiv::level::Level;
 use std::collections::HashMap;
@@ -18,7 +19,30 @@ pub(super) fn make_room<T>(list: &mut Vec<T>, more: usize) {
     }
 }
 
-/// [`Vec::push`] with that.
+/// Gives back what a vector holds beyond that.
+fn fit<T>(list: &mut Vec<T>) {
+    list.shrink_to(list.len() + 64 + list.len() / 16);
+}
+
+/// Gives back what a build has left over. Lists that double, and those that expect more than comes, hold up to twice as
+/// much as there is.
+pub(super) fn fit_all(refinement: &mut Refinement, table: &mut PatchTable) {
+    for level in &mut refinement.levels {
+        fit(&mut level.value);
+        for list in [&mut level.origin, &mut level.twin, &mut level.tint, &mut level.child] {
+            fit(list);
+        }
+        fit(&mut level.face);
+        fit(&mut level.bits);
+        [&mut level.inside, &mut level.sharp].into_iter().for_each(fit);
+    }
+    refinement.fates.iter_mut().for_each(fit);
+    fit(&mut table.control);
+    fit(&mut table.indices);
+    fit(&mut table.faces);
+}
+
+/// [`Vec::push`] with room for a few more.
 pub(super) fn push<T>(list: &mut Vec<T>, entry: T) {
     make_room(list, 1);
     list.push(entry);

@@ -13,13 +13,16 @@
 //!
 //! A change of values takes time linear in the faces within its influence, on all levels. So does an edit that comes or
 //! goes, and a sharp tag; beside that, it renumbers the scene's edits behind it (some nanoseconds each) unless it is the
-//! last one. A table that such edits leave with more room than patches is built anew ([`State::apply`]), which costs each
-//! edit a constant share of its own faces; one with an eighth of room as soon as nobody waits ([`State::compact`]).
+//! last one, and when one goes that was there from the beginning, it looks at the places of all (likewise). The first
+//! colour edit or sharp tag that comes or goes counts what sharp edges reach, unless [`State::prepare`] did. A table that
+//! such edits leave with more room than patches is built anew ([`State::apply`]), which costs each edit a constant share of
+//! its own faces; one with an eighth of room as soon as nobody waits ([`State::compact`]).
 //!
 //! Rebuilt as a whole is: other polygons, corner rules or none of the initial colours any more; under [`Rules::Authors`] and
 //! with isolation whatever changes more than values. The [`Outcome`] says which it was ([`Whole`]). The inverse indices of
 //! [`Index`] are made at the first local edit after a rebuild and take time linear in the levels.
 
+mod asked;
 mod colour;
 mod diff;
 mod grow;
@@ -255,7 +258,8 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Result<Touch
             repainted.push(vertex);
         }
     }
-    let replanned = !delta.geometry.is_empty() || !repainted.is_empty() || !delta.sharp.is_empty();
+    let recoloured = !repainted.is_empty() || !delta.sharp.is_empty();
+    let replanned = !delta.geometry.is_empty() || recoloured;
     let global = matches!(kept.mode, Mode::Global(_));
     let planned = kept.mode == Mode::Adaptive { isolate: 0 } && kept.refinement.rules == Rules::Gradtess;
     let why = match (kept.mode, kept.refinement.rules) {
@@ -269,7 +273,10 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Result<Touch
         return Err(why);
     }
     if planned && replanned {
-        index.count_causes(kept.scene, kept.mesh, kept.refinement).ok_or(Whole::Unfit)?;
+        index.make_plan(kept.scene, kept.mesh, kept.refinement);
+        if recoloured {
+            index.count_stars(kept.scene, kept.mesh);
+        }
     }
     let (mut went, mut came) = (Vec::new(), Vec::new());
     if planned {
@@ -291,7 +298,7 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Result<Touch
     if behind {
         index.renumber_colours((first + gone) as u32, delta.colours.added.len() as i64 - gone as i64);
     }
-    if planned && replanned {
+    if planned && recoloured {
         let after: Vec<_> =
             repainted.iter().map(|&v| plan::paints_of(index, kept.scene, kept.mesh, v)).map(without_sources).collect();
         let before: Vec<_> = before.into_iter().map(without_sources).collect();
@@ -326,7 +333,7 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Result<Touch
         let own = paints.into_iter().filter(|(_, p)| p.level == l).map(|(source, p)| (p.slot, source)).collect();
         news.groups.extend(index.place_group(l, own, kept.refinement));
     }
-    index.fall(kept.refinement, &went, &mut changes);
+    index.fall(kept.scene, kept.mesh, kept.refinement, &went, &mut changes);
     if replanned {
         let levels = old.iter().chain(&new).map(|m| m.level);
         let levels = levels.chain(delta.colours.added.iter().map(|e| e.level));
@@ -528,8 +535,8 @@ impl State {
 
     /// Makes the inverse indices now, which the first local edit would otherwise do.
     pub fn prepare(&mut self) {
-        let State { scene, mesh, refinement, table, index, .. } = self;
-        index.get_or_insert_with(|| Index::new(scene, mesh, refinement, table));
+        let State { scene, mesh, refinement, table, index, options, .. } = self;
+        index.get_or_insert_with(|| Index::ready(scene, mesh, refinement, table, options.mode));
     }
 
     /// Builds everything anew, if edits have left room in the table that is worth it; whether it was. For times when
@@ -539,7 +546,8 @@ impl State {
             return false;
         }
         self.rebuild();
-        self.index = Some(Index::ready(&self.scene, &self.mesh, &self.refinement, &self.table, self.options.mode));
+        self.index =
+            Some(Index::ready(&self.scene, &self.mesh, &mut self.refinement, &mut self.table, self.options.mode));
         true
     }
 

@@ -1,8 +1,7 @@
-//! Edits that come and go: which faces are asked for, counted by cause, and the faces of the levels that come and go with
-//! them.
+//! Edits that come and go: which faces are asked for, by cause, and the faces of the levels that come and go with them.
 //!
 //! A face is refined while something asks for it: an edit, the colours of a vertex, a meeting of sharp edges, a polygon
-//! ([`Causes`]). So an edit that comes or goes is one cause more or less, whatever else is there.
+//! ([`Causes`]). So an edit that comes or goes is one cause more or less ([`super::asked`]), whatever else is there.
 
 use super::grow::{grow, shrink, Changes};
 use super::index::{Index, Source};
@@ -18,15 +17,15 @@ use crate::subdiv::level::{Level, CUT};
 /// The plan by its causes.
 #[derive(Clone)]
 pub struct Plan {
-    causes: Causes,
-    /// What sharp edges reach.
-    stars: Stars,
+    pub(super) causes: Causes,
+    /// What sharp edges reach, once someone asked.
+    pub(super) stars: Option<Stars>,
 }
 
 impl Plan {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.causes.bytes() + self.stars.bytes()
+        self.causes.bytes() + self.stars.as_ref().map_or(0, Stars::bytes)
     }
 }
 
@@ -73,43 +72,27 @@ pub(super) fn alike(a: &[(Source, Paint)], b: &[(Source, Paint)]) -> bool {
 }
 
 impl Index {
-    /// Counts the causes of the plan unless they are counted. Time linear in what they ask for. `None`: the scene's edits
-    /// do not fit it.
-    pub(super) fn count_causes(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement) -> Option<()> {
-        if self.plan.is_some() {
-            return Some(());
+    /// Makes the plan unless it is there. Time linear in the levels.
+    pub(super) fn make_plan(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement) {
+        if self.plan.is_none() {
+            let map = IndexMap::new(mesh);
+            let mut causes = Causes::new(&map, scene.corners);
+            self.begin_asking(causes.of_polygons(&map), refinement);
+            self.plan = Some(Box::new(Plan { causes, stars: None }));
         }
-        let map = IndexMap::new(mesh);
-        let edits = resolve(scene, &map).ok()?;
-        for (own, level) in self.levels.iter_mut().zip(&refinement.levels) {
-            own.asked = vec![0; level.faces()];
-        }
-        let mut causes = Causes::new(&map, scene.corners);
-        let levels = &mut self.levels;
-        let mut count = |names: &[Vec<u64>]| {
-            for (l, names) in names.iter().enumerate() {
-                for &name in names {
-                    let f = refinement.find(l as u32, name)?;
-                    levels[l].asked[f as usize] += 1;
-                }
-            }
-            Some(())
-        };
-        count(causes.of_polygons(&map))?;
-        for m in &edits.moves {
-            count(causes.of_move(&map, m))?;
-        }
-        for group in edits.paints.chunk_by(|a, b| a.vertex == b.vertex) {
-            count(causes.of_paints(&map, group))?;
-        }
-        let mut stars = Stars::default();
-        scene.sharp.iter().for_each(|&h| stars.count_tag(&map, h, true, |_| {}));
-        stars.count_paints(&map, &edits.paints, true, |_| {});
-        for m in stars.vertices().filter_map(|v| stars.meeting(&map, v, scene.corners)) {
-            count(causes.of_meeting(&map, &m))?;
-        }
-        self.plan = Some(Box::new(Plan { causes, stars }));
-        Some(())
+    }
+
+    /// Counts what sharp edges reach, unless that is known, in the scene as the index has it. Time linear in its edits.
+    pub(super) fn count_stars(&mut self, scene: &Scene, mesh: &HalfEdgeMesh) {
+        let plan = self.plan.as_mut().expect("there is one");
+        plan.stars.get_or_insert_with(|| {
+            let map = IndexMap::new(mesh);
+            let edits = resolve(scene, &map).expect("they fit the mesh");
+            let mut stars = Stars::default();
+            scene.sharp.iter().for_each(|&h| stars.count_tag(&map, h, true, |_| {}));
+            stars.count_paints(&map, &edits.paints, true, |_| {});
+            stars
+        });
     }
 
     /// Follows colour edits and tags that come and go: adds the names of the faces of each level that they ask for no longer
@@ -122,7 +105,8 @@ impl Index {
         went: &mut Vec<Vec<Vec<u64>>>,
         came: &mut Vec<Vec<Vec<u64>>>,
     ) {
-        let Plan { causes, stars } = &mut **self.plan.as_mut().expect("the causes are counted");
+        let Plan { causes, stars } = &mut **self.plan.as_mut().expect("there is one");
+        let stars = stars.as_mut().expect("they were counted");
         let map = IndexMap::new(mesh);
         let mut reached: Vec<Birth> = Vec::new();
         // Before anything is counted anew, whom it reaches.
@@ -153,7 +137,7 @@ impl Index {
 
     /// Names of the faces of each level that a geometry edit asks for.
     pub(super) fn asked_by(&mut self, mesh: &HalfEdgeMesh, m: &Move) -> Vec<Vec<u64>> {
-        let plan = self.plan.as_mut().expect("the causes are counted");
+        let plan = self.plan.as_mut().expect("there is one");
         plan.causes.of_move(&IndexMap::new(mesh), m).to_vec()
     }
 
@@ -216,18 +200,17 @@ impl Index {
     }
 
     /// Takes the faces away that nothing asks for any more.
-    pub(super) fn fall(&mut self, refinement: &mut Refinement, removed: &[Vec<Vec<u64>>], changes: &mut Changes) {
-        let deepest = removed.iter().map(Vec::len).max().unwrap_or(0);
-        for l in (0..deepest).rev() {
-            let mut fallen = Vec::new();
-            for &name in removed.iter().filter_map(|names| names.get(l)).flatten() {
-                let f = refinement.find(l as u32, name).expect("what is asked for is there");
-                let asked = &mut self.levels[l].asked[f as usize];
-                *asked -= 1;
-                if *asked == 0 {
-                    fallen.push(f);
-                }
-            }
+    pub(super) fn fall(
+        &mut self,
+        scene: &Scene,
+        mesh: &HalfEdgeMesh,
+        refinement: &mut Refinement,
+        removed: &[Vec<Vec<u64>>],
+        changes: &mut Changes,
+    ) {
+        let left = self.ask_less(scene, mesh, refinement, removed);
+        for (l, mut fallen) in left.into_iter().enumerate().rev() {
+            fallen.retain(|&f| self.levels[l].asked[f as usize] == 0);
             for &f in &fallen {
                 changes.turned(refinement, l, f, false);
             }
