@@ -424,13 +424,15 @@ impl Editor {
         }
     }
 
-    /// What is to be done when nobody has done anything for a while: the room that edits left in the patch table goes.
+    /// What is to be done when nobody has done anything for a while: the room that edits left in the patch table goes, and
+    /// what the next edit needs is made.
     pub fn rest(&mut self) {
         if self.gesture.is_some() || self.gradient.is_some() || self.solid.is_some() {
             return;
         }
-        if let Err(e) = self.model.compact() {
-            self.fail(e);
+        match self.model.compact() {
+            Ok(_) => self.model.prepare(),
+            Err(e) => self.fail(e),
         }
     }
 

@@ -105,7 +105,7 @@ impl Renderer {
                     }
                     None => self.gpu.update(table, of)?,
                 },
-                None => self.table = Some(self.gpu.upload(of)?),
+                None => self.table = Some(self.gpu.upload_with_room(of)?),
             }
             upload = Some(start.elapsed());
         }

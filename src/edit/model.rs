@@ -156,6 +156,15 @@ impl Model {
             return Ok(false);
         }
         self.rebuild(self.scene.clone())?;
+        self.prepare();
+        Ok(true)
+    }
+
+    /// Makes what the first edit in place would otherwise have to wait for, unless it is there. Linear in the levels.
+    pub fn prepare(&mut self) {
+        if self.index.is_some() || self.table.faces.is_empty() {
+            return;
+        }
         let Model { scene, mesh, refinement, table, aside, drawing, .. } = self;
         let ready = |refinement, table, mode| Some(Index::ready(scene, mesh, refinement, table, mode));
         self.index = match aside {
@@ -166,7 +175,6 @@ impl Model {
                 ready(refinement, &mut aside.unseen, ADAPTIVE)
             }
         };
-        Ok(true)
     }
 
     /// Whether one of the tables has much room that edits left.

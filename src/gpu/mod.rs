@@ -146,7 +146,15 @@ impl Gpu {
     /// # Errors
     /// The table contradicts itself or is too large, or memory ran out.
     pub fn upload(&self, table: &PatchTable) -> Result<DeviceTable, GpuError> {
-        table::upload(&self.context, table)
+        table::upload(&self.context, table, false)
+    }
+
+    /// As [`Gpu::upload`], into buffers a quarter larger: for a table that edits will add patches to.
+    ///
+    /// # Errors
+    /// As [`Gpu::upload`].
+    pub fn upload_with_room(&self, table: &PatchTable) -> Result<DeviceTable, GpuError> {
+        table::upload(&self.context, table, true)
     }
 
     /// Makes everything a frame needs, to run it as often as wanted.
@@ -200,11 +208,11 @@ impl Gpu {
 
     /// Copies what changed in a table whose patches came and went in place: control points (numbers, ascending), stretches
     /// of indices (ascending) and all ranges. As [`Gpu::update_points`], it waits for nothing but the upload three before;
-    /// a table that has outgrown its buffers is copied as a whole, into larger ones.
+    /// for a table that has outgrown its buffers, the device copies what is there into larger ones first, and is waited for.
     ///
     /// # Errors
-    /// `into` holds a table that differs in more, or memory ran out. `into` is then what it was, unless the copy of the
-    /// whole table failed ([`Gpu::update`]); a whole [`Gpu::update`] is to be made.
+    /// `into` holds a table that differs in more, or memory ran out. `into` is then what it was, unless it was empty and
+    /// [`Gpu::update`] failed; a whole [`Gpu::update`] is to be made.
     pub fn update_parts(
         &self,
         into: &mut DeviceTable,

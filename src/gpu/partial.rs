@@ -6,7 +6,7 @@
 use super::context::{Commands, Context};
 use super::error::GpuError;
 use super::memory::{bytes_of, Buffer};
-use super::table::{check_ranges, DeviceTable};
+use super::table::{check_length, check_ranges, grow, DeviceTable};
 use crate::patch::pack::pack_point;
 use crate::patch::PatchTable;
 use ash::vk;
@@ -108,7 +108,7 @@ pub(super) fn update_points(
 }
 
 /// Copies control points (numbers, ascending) and stretches of indices (ascending) of a table that is on the device but for
-/// those, and takes over its ranges. A table that has outgrown its buffers goes to the device as a whole, into larger ones.
+/// those, and takes over its ranges. Where a table has outgrown its buffers, larger ones take what is there first.
 pub(super) fn update_parts(
     context: &Rc<Context>,
     table: &PatchTable,
@@ -117,8 +117,7 @@ pub(super) fn update_parts(
     into: &mut DeviceTable,
 ) -> Result<Uploaded, GpuError> {
     let lengths = [table.control.len() as u64 * POINT, table.indices.len() as u64 * INDEX];
-    let fits = into.buffers.as_ref().is_some_and(|b| b.control.size >= lengths[0] && b.indices.size >= lengths[1]);
-    if !fits {
+    if into.buffers.is_none() {
         super::table::update(context, table, into)?;
         return Ok(Uploaded { bytes: into.bytes(), regions: 2 });
     }
@@ -144,6 +143,11 @@ pub(super) fn update_parts(
         }
     }
     check_ranges(table)?;
+    let fits = into.buffers.as_ref().is_some_and(|b| b.control.size >= lengths[0] && b.indices.size >= lengths[1]);
+    if !fits {
+        check_length(table, context.info.limits.max_index)?;
+        grow(context, into, lengths)?;
+    }
     let done = copy(context, table, control, indices, into)?;
     into.lengths = lengths;
     into.ranges.clone_from(&table.ranges);

@@ -51,8 +51,11 @@ impl DeviceTable {
     }
 }
 
-/// Checks the table, casts it to f32 and copies it to the device through staging buffers.
-pub(super) fn upload(context: &Rc<Context>, table: &PatchTable) -> Result<DeviceTable, GpuError> {
+/// Part of a table by which buffers are larger, where more may come: an edit that refines a little more finds room.
+const SPARE: u64 = 4;
+
+/// Checks the table, casts it to f32 and copies it to the device through staging buffers; `with_room` for more.
+pub(super) fn upload(context: &Rc<Context>, table: &PatchTable, with_room: bool) -> Result<DeviceTable, GpuError> {
     let mut made = DeviceTable {
         ranges: Vec::new(),
         colour: table.colour,
@@ -62,7 +65,7 @@ pub(super) fn upload(context: &Rc<Context>, table: &PatchTable) -> Result<Device
         lengths: [0; 2],
         uploader: None,
     };
-    fill(context, table, &mut made, 0)?;
+    fill(context, table, &mut made, if with_room { SPARE } else { 0 })?;
     made.uploader = None;
     Ok(made)
 }
@@ -70,8 +73,46 @@ pub(super) fn upload(context: &Rc<Context>, table: &PatchTable) -> Result<Device
 /// As [`upload`], into the buffers of an earlier table as far as they are large enough. After a failed copy the table is
 /// empty, after any other error it is the earlier one.
 pub(super) fn update(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable) -> Result<(), GpuError> {
-    // A quarter more than needed: an edit that refines a little more finds room.
-    fill(context, table, into, 4)
+    fill(context, table, into, SPARE)
+}
+
+/// Makes room for `lengths` bytes of control points and indices in larger buffers, and copies what is there on the device.
+/// After an error the table is what it was.
+pub(super) fn grow(context: &Rc<Context>, into: &mut DeviceTable, lengths: [u64; 2]) -> Result<(), GpuError> {
+    into.ring.finish()?;
+    let Some(old) = &into.buffers else { return Ok(()) };
+    let [control, indices] =
+        [(&old.control, lengths[0]), (&old.indices, lengths[1])].map(|(old, length)| match length {
+            _ if length <= old.size => old.size,
+            _ => length + length / SPARE,
+        });
+    let new = TableBuffers::new(context, control, indices)?;
+    Commands::new(context, "larger table")?.run(|commands| {
+        for (from, to, size) in
+            [(&old.control, &new.control, into.lengths[0]), (&old.indices, &new.indices, into.lengths[1])]
+        {
+            let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size };
+            // SAFETY: recording; both buffers have at least this size, and no submission writes to either.
+            unsafe { context.device.cmd_copy_buffer(commands, from.handle, to.handle, &[region]) };
+        }
+        Ok(())
+    })?;
+    into.buffers = Some(new);
+    Ok(())
+}
+
+impl TableBuffers {
+    /// Buffers of these sizes, bytes.
+    fn new(context: &Rc<Context>, control: u64, indices: u64) -> Result<TableBuffers, GpuError> {
+        let on_device = |name: &str, size, usage| {
+            let usage = usage | vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;
+            Buffer::new(context, name, size, usage, MemoryLocation::GpuOnly)
+        };
+        Ok(TableBuffers {
+            control: on_device("control points", control, vk::BufferUsageFlags::VERTEX_BUFFER)?,
+            indices: on_device("patch indices", indices, vk::BufferUsageFlags::INDEX_BUFFER)?,
+        })
+    }
 }
 
 /// `spare`: new buffers are larger by one part in this many; 0: not larger.
@@ -89,20 +130,13 @@ fn fill(context: &Rc<Context>, table: &PatchTable, into: &mut DeviceTable, spare
             size + size.checked_div(spare).unwrap_or(0)
         };
         let fits = |buffer: &Buffer, bytes: &[u8]| buffer.size >= bytes.len() as u64;
-        let on_device = |name: &str, bytes: &[u8], usage| {
-            let usage = usage | vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;
-            Buffer::new(context, name, room(bytes), usage, MemoryLocation::GpuOnly)
-        };
         let uploader = match &into.uploader {
             Some(u) if fits(&u.control, control) && fits(&u.indices, indices) => None,
             _ => Some(Uploader::new(context, room(control), room(indices))?),
         };
         let buffers = match &into.buffers {
             Some(b) if fits(&b.control, control) && fits(&b.indices, indices) => None,
-            _ => Some(TableBuffers {
-                control: on_device("control points", control, vk::BufferUsageFlags::VERTEX_BUFFER)?,
-                indices: on_device("patch indices", indices, vk::BufferUsageFlags::INDEX_BUFFER)?,
-            }),
+            _ => Some(TableBuffers::new(context, room(control), room(indices))?),
         };
         made = Some((uploader, buffers));
     }
@@ -183,9 +217,7 @@ impl Uploader {
 /// The GPU follows indices blindly, so nothing that points outside gets there.
 fn check(table: &PatchTable, max_index: u32) -> Result<(), GpuError> {
     let fault = |what: String| Err(GpuError::Request(format!("patch table: {what}")));
-    if table.control.len() as u64 > u64::from(max_index) {
-        return fault(format!("{} control points; the device counts to {max_index}", table.control.len()));
-    }
+    check_length(table, max_index)?;
     if u32::try_from(table.indices.len()).is_err() {
         return fault(format!("{} indices; a table holds at most {}", table.indices.len(), u32::MAX));
     }
@@ -193,6 +225,15 @@ fn check(table: &PatchTable, max_index: u32) -> Result<(), GpuError> {
         return fault(format!("index {index} of {} control points", table.control.len()));
     }
     check_ranges(table)
+}
+
+/// Whether the device counts that far.
+pub(super) fn check_length(table: &PatchTable, max_index: u32) -> Result<(), GpuError> {
+    if table.control.len() as u64 > u64::from(max_index) {
+        let text = format!("patch table: {} control points; the device counts to {max_index}", table.control.len());
+        return Err(GpuError::Request(text));
+    }
+    Ok(())
 }
 
 /// As [`check`], without the indices.

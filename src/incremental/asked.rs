@@ -11,6 +11,7 @@
 //! Further away are only faces that polygons bring: they are asked for as long as the mesh is what it is.
 
 use super::index::Index;
+use super::memory::roomy;
 use super::plan::{paints_of, Plan};
 use crate::mesh::{HalfEdgeMesh, NONE};
 use crate::refine::edits::resolve_move;
@@ -43,7 +44,7 @@ impl Index {
     /// From the fates at hand. Time linear in the levels.
     pub(super) fn begin_asking(&mut self, polygons: &[Vec<u64>], refinement: &Refinement) {
         for (own, fates) in self.levels.iter_mut().zip(&refinement.fates) {
-            own.asked = fates.iter().map(|&fate| if fate & fate::AFFECTED != 0 { OPEN } else { 0 }).collect();
+            own.asked = roomy(fates.iter().map(|&fate| if fate & fate::AFFECTED != 0 { OPEN } else { 0 }));
         }
         for (l, names) in polygons.iter().enumerate() {
             for f in names.iter().filter_map(|&name| refinement.find(l as u32, name)) {

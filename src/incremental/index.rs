@@ -1,7 +1,7 @@
 //! What a rebuild does not keep: the way back from a vertex, a face or an edit to what stands where.
 
 use super::colour::{uncount, Group};
-use super::memory::{fit_all, of, of_map};
+use super::memory::{extend_to, fit_all, of, of_map, roomy, zeros};
 use super::plan::Plan;
 use super::slots::Slots;
 use crate::mesh::{HalfEdgeMesh, NONE};
@@ -86,8 +86,8 @@ impl LevelIndex {
             asked: Vec::new(),
             free_faces: Vec::new(),
             free_values: Vec::new(),
-            vertex_mark: vec![0; level.vertices()],
-            face_mark: vec![0; level.faces()],
+            vertex_mark: zeros(level.vertices()),
+            face_mark: zeros(level.faces()),
         }
     }
 }
@@ -132,7 +132,7 @@ impl Index {
         let mut levels: Vec<LevelIndex> = Vec::new();
         for (l, (level, fates)) in refinement.levels.iter().zip(&refinement.fates).enumerate() {
             let above = l.checked_sub(1).map(|l| &refinement.levels[l]);
-            let mut parent = vec![0; above.map_or(0, |_| level.faces())];
+            let mut parent = zeros(above.map_or(0, |_| level.faces()));
             for (h, &c) in above.iter().flat_map(|a| a.child.iter().enumerate()) {
                 if c < CUT {
                     parent[c as usize] = h as u32;
@@ -146,7 +146,7 @@ impl Index {
                     NONE
                 }
             });
-            levels.push(LevelIndex::new(level, parent, numbers.collect()));
+            levels.push(LevelIndex::new(level, parent, roomy(numbers)));
         }
         assert_eq!(drawn as usize, table.faces.len(), "the table belongs to the refinement");
         let numbers: Vec<u32> =
@@ -301,7 +301,7 @@ impl Index {
         let level = &refinement.levels[l as usize];
         let v = level.origin[first as usize];
         let own = &mut self.levels[l as usize];
-        own.painted.resize(level.value.len().max(own.painted.len()), NONE);
+        extend_to(&mut own.painted, level.value.len(), NONE);
         let group = own.free_groups.pop().unwrap_or_else(|| {
             own.groups.push(Group::default());
             own.groups.len() as u32 - 1

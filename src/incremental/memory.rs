@@ -15,13 +15,37 @@ pub(super) fn of<T>(list: &Vec<T>) -> usize {
 /// Makes room for a few entries more, so that what follows does not double the vector.
 pub(super) fn make_room<T>(list: &mut Vec<T>, more: usize) {
     if list.len() + more > list.capacity() {
-        list.reserve_exact(more + 64 + list.len() / 16);
+        list.reserve_exact(more + room(list.len()) - list.len());
     }
+}
+
+/// Entries that a vector of `length` has room for, itself included.
+fn room(length: usize) -> usize {
+    length + 64 + length / 16
+}
+
+/// An empty vector for `length` entries and a few more.
+pub(super) fn with_room<T>(length: usize) -> Vec<T> {
+    Vec::with_capacity(room(length))
+}
+
+/// A vector with room for a few entries more.
+pub(super) fn roomy<T>(entries: impl ExactSizeIterator<Item = T>) -> Vec<T> {
+    let mut list = with_room(entries.len());
+    list.extend(entries);
+    list
+}
+
+/// Zeros with room for a few more. From the system they come page by page where something is written.
+pub(super) fn zeros(length: usize) -> Vec<u32> {
+    let mut list = vec![0; room(length)];
+    list.truncate(length);
+    list
 }
 
 /// Gives back what a vector holds beyond that.
 fn fit<T>(list: &mut Vec<T>) {
-    list.shrink_to(list.len() + 64 + list.len() / 16);
+    list.shrink_to(room(list.len()));
 }
 
 /// Gives back what a build has left over. Lists that double, and those that expect more than comes, hold up to twice as

@@ -6,7 +6,7 @@
 //! needs are given to the next that come.
 
 use super::index::LevelIndex;
-use super::memory::{extend_to, push};
+use super::memory::{extend_to, push, with_room, zeros};
 use crate::mesh::NONE;
 use crate::patch::remap::part_positions;
 use crate::patch::transition::{constellation, parts_of, EXTRA_POINTS, PARTS};
@@ -75,8 +75,8 @@ impl Slots {
     /// Slots of a table as it was built; `numbers` are the faces' numbers in their levels. Time and memory linear.
     pub(super) fn new(table: &PatchTable, levels: usize, numbers: &[u32]) -> Slots {
         let mut slots = Slots {
-            level: Vec::with_capacity(table.control.len()),
-            uses: vec![0; table.control.len()],
+            level: with_room(table.control.len()),
+            uses: zeros(table.control.len()),
             free: Vec::new(),
             owners: table.ranges.iter().map(|r| Vec::with_capacity(r.count as usize)).collect(),
             room: table.ranges.iter().map(|r| r.count).collect(),

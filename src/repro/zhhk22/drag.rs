@@ -17,7 +17,7 @@ pub const FIGURE: Figure = Figure {
 const WANTED: f64 = 1.5;
 
 /// Columns of the table: as `bench --drag` names them.
-const COLUMNS: [&str; 22] = [
+const COLUMNS: [&str; 23] = [
     "copies",
     "patches",
     "drag_ms",
@@ -35,6 +35,7 @@ const COLUMNS: [&str; 22] = [
     "handle_patches",
     "handle_bytes",
     "first_handle_ms",
+    "removal_ms",
     "load_ms",
     "prepare_ms",
     "host_bytes_per_patch",
