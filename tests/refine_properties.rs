@@ -44,6 +44,33 @@ fn bits(level: &Level, h: u32) -> [u64; 6] {
     [p.x, p.y, c.x, c.y, c.z, c.w].map(f64::to_bits)
 }
 
+/// A boundary vertex whose first sector is painted from both sides while settling begins in its second.
+const TWO_SECTORS: &str = r#"{ "gradtess": 1, "technique": "subdivision",
+    "vertices": [[-0.13, 0.09], [1.13, -0.08], [0.42, 0.9], [-0.35, 0.79], [-0.88, -0.05], [-0.45, -0.75]],
+    "faces": [[2, 1, 0], [5, 4, 3, 0], [0, 3, 2]],
+    "colour": [{ "level": 0, "half_edge": 0, "colour": [0.6, 0.57, 0.3] },
+               { "level": 1, "half_edge": 288, "colour": [1, 1, 0.6] },
+               { "level": 1, "half_edge": 108, "colour": [1, 1, 0.6] }] }"#;
+
+#[test]
+fn corners_of_a_sector_have_one_tint() {
+    let one_tint = |scene: &Scene, mesh: &HalfEdgeMesh| {
+        for rules in [Rules::Gradtess, Rules::Authors] {
+            for level in refined(scene, mesh, rules, ADAPTIVE).levels {
+                for h in 0..level.half_edges() as u32 {
+                    if let Some(before) = level.spoke_before(h).filter(|_| !level.colour_border(h)) {
+                        let (own, other) = (level.tint[h as usize], level.tint[before as usize]);
+                        assert_eq!(own, other, "{rules:?}, level {}, half-edge {h}", level.level);
+                    }
+                }
+            }
+        }
+    };
+    let scene = Scene::parse(TWO_SECTORS.as_bytes(), "two sectors").unwrap();
+    one_tint(&scene, &gradtess::mesh::build(&scene.mesh).unwrap());
+    for_random_scenes(100, one_tint);
+}
+
 #[test]
 fn local_refinement_is_global_refinement_restricted_bit_for_bit() {
     for_random_scenes(150, |scene, mesh| {

@@ -335,7 +335,12 @@ impl Level {
 
     fn part_into_sectors(&mut self, h: u32) {
         let v = self.origin[h as usize];
-        let start = self.fan_start(h, |s| self.colour_border(s));
+        // Of an open fan, all of it: `h` may lie in any of its sectors.
+        let first = self.fan_start(h, |_| false);
+        let start = match self.spoke_before(first) {
+            None => first,
+            Some(_) => self.fan_start(h, |s| self.colour_border(s)),
+        };
         let mut spoke = start;
         let mut tint = self.tint[start as usize];
         loop {
