@@ -1,6 +1,7 @@
 //! After any edit, undo or redo the state that followed it is that of a fresh rebuild: the same table, bit for bit.
 
 mod gpu_support;
+mod models;
 mod random_scene;
 mod same_table;
 
@@ -262,6 +263,47 @@ fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
     println!("in place: {:?} changes of values and of the plan of {:?}", local.get(), all.get());
     let ([values, plans], [all_values, all_plans]) = (local.get(), all.get());
     assert!(20 * values > 19 * all_values && 2 * plans > all_plans, "most edits are followed in place");
+}
+
+/// Who else asks for a face is looked up only when an edit goes that was there from the beginning.
+#[test]
+fn edits_of_real_models_go_and_come_back() {
+    let Some(folder) = models::folder("paper", "edits of real models") else { return };
+    let (mut folders, mut files) = (vec![folder], Vec::new());
+    while let Some(folder) = folders.pop() {
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let (inner, own): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
+        folders.extend(inner);
+        files.extend(own);
+    }
+    files.retain(|file| file.extension().is_some_and(|e| e == "obj"));
+    files.sort();
+    let (options, irregular) = (Options::default(), Irregular::Gregory);
+    let mut random = Random(8);
+    let mut went = 0;
+    for file in &files {
+        let Ok(scene) = Scene::load(file) else { continue };
+        let Ok(mut state) = State::new(scene.clone(), options, irregular) else { continue };
+        let mut undo = vec![scene];
+        for _ in 0..10 {
+            let mut next = state.scene.clone();
+            let (moves, paints) = (next.geometry.len(), next.colours.len());
+            match random.below((moves + paints).max(1)) {
+                i if i < moves => drop(next.geometry.remove(i)),
+                i if i < moves + paints => drop(next.colours.remove(i - moves)),
+                _ => break,
+            }
+            undo.push(next);
+            assert!(matches!(state.set(undo.last().unwrap().clone()).unwrap(), Outcome::Local(_)), "{file:?}");
+            assert_equal(&state, options, irregular, &format!("{file:?}: edits that go"));
+            went += 1;
+        }
+        for scene in undo.into_iter().rev().skip(1) {
+            state.set(scene).unwrap();
+        }
+        assert_equal(&state, options, irregular, &format!("{file:?}: all edits are back"));
+    }
+    println!("{went} edits of {} models", files.len());
 }
 
 #[test]
