@@ -86,12 +86,18 @@ fn stand_by(done: &AtomicBool, owner: ThreadId) {
     STANDS_BY.set(false);
 }
 
-/// How many pieces `n` items are worth.
+/// Most pieces for each core. Pieces go to whoever is free; with more of them, cores end at about the same time though some
+/// pieces are more work than others.
+const FOR_EACH_CORE: usize = 4;
+
+/// How many pieces `n` items are worth: the same number for each core, if all get some.
 fn count(n: usize) -> usize {
-    let cores = REHEARSAL.get().map_or(CREW.get(), |r| r.cores);
-    match n / LEAST_NOW.load(Ordering::Relaxed) {
-        0 | 1 => 1,
-        most => cores.clamp(1, most.min(MOST)),
+    let cores = REHEARSAL.get().map_or(CREW.get(), |r| r.cores).max(1);
+    let most = (n / LEAST_NOW.load(Ordering::Relaxed)).clamp(1, MOST);
+    match most / cores {
+        0 => most,
+        _ if cores == 1 => 1,
+        rounds => cores * rounds.min(FOR_EACH_CORE),
     }
 }
 
@@ -103,6 +109,11 @@ pub fn several(n: usize) -> bool {
 /// The numbers below `n` as runs of nearly equal length, ascending; one at least.
 pub fn pieces(n: usize) -> Vec<Range<usize>> {
     cut(n, count(n))
+}
+
+/// The same of items each of which is as much work as `worth` others.
+pub fn pieces_worth(n: usize, worth: usize) -> Vec<Range<usize>> {
+    cut(n, count(n * worth).min(n.max(1)))
 }
 
 fn cut(n: usize, count: usize) -> Vec<Range<usize>> {
@@ -168,8 +179,7 @@ pub fn append<T: Send>(to: &mut Vec<T>, n: usize, of: impl Fn(usize) -> T + Sync
             to.reserve(n);
             in_turn(cut(n, count), |piece| to.extend(piece.map(&of)));
         }
-        // More pieces than cores: who waits for another one's falls asleep.
-        count => to.par_extend((0..n).into_par_iter().with_min_len(n.div_ceil(4 * count)).map(of)),
+        count => to.par_extend((0..n).into_par_iter().with_min_len(n.div_ceil(count)).map(of)),
     }
 }
 
@@ -200,7 +210,7 @@ struct Rehearsal {
     cores: usize,
     /// Time of all pieces.
     pieces: Duration,
-    /// Time of the longest of each set of pieces.
+    /// Of each set of pieces the time of the core that has most to do.
     longest: Duration,
 }
 
@@ -213,7 +223,7 @@ thread_local! {
 pub struct Estimate {
     /// Outside of pieces: the part that has one core to itself whatever there are.
     pub serial: Duration,
-    /// Of each set of pieces the longest.
+    /// Of each set of pieces what the core does that has most to do.
     pub parallel: Duration,
 }
 
@@ -234,19 +244,19 @@ pub fn rehearse(cores: usize, work: impl FnOnce()) -> Estimate {
     Estimate { serial: whole.saturating_sub(done.pieces), parallel: done.longest }
 }
 
-/// All pieces on this thread, timed.
+/// All pieces on this thread, timed; each counts for the core that would be free first.
 fn in_turn<T, R>(work: Vec<T>, mut does: impl FnMut(T) -> R) -> Vec<R> {
-    let mut longest = Duration::ZERO;
-    let mut sum = Duration::ZERO;
+    let mut busy = vec![Duration::ZERO; REHEARSAL.get().map_or(1, |r| r.cores.max(1))];
     let timed = |piece| {
         let start = cpu_time();
         let made = does(piece);
         let took = cpu_time() - start;
-        (longest, sum) = (longest.max(took), sum + took);
+        *busy.iter_mut().min().expect("one core at least") += took;
         made
     };
     let made = work.into_iter().map(timed).collect();
     if let Some(r) = REHEARSAL.get() {
+        let (sum, longest) = (busy.iter().sum::<Duration>(), busy.into_iter().max().unwrap_or_default());
         REHEARSAL.set(Some(Rehearsal { pieces: r.pieces + sum, longest: r.longest + longest, ..r }));
     }
     made

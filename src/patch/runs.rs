@@ -11,6 +11,9 @@ use super::{ControlPoint, Face};
 use crate::subdiv::level::Level;
 use crate::threads;
 
+/// A transition face is drawn in two to four parts, as much work as so many other faces.
+const TRANSITION: usize = 4;
+
 /// A run's room in the table.
 struct Room<'t> {
     before: &'t [ControlPoint],
@@ -86,7 +89,8 @@ impl Builder {
 
     /// As [`Run::transition`] for all faces that waited.
     pub(super) fn transitions_in_runs(&mut self, waiting: &[Waiting], coarse: &Level, fine: &Account) {
-        let runs: Vec<&[Waiting]> = threads::pieces(waiting.len()).into_iter().map(|r| &waiting[r]).collect();
+        let runs: Vec<&[Waiting]> =
+            threads::pieces_worth(waiting.len(), TRANSITION).into_iter().map(|r| &waiting[r]).collect();
         let points: Vec<usize> = runs.iter().map(|run| run.iter().map(Waiting::new_points).sum()).collect();
         let counts: Vec<Counts> = runs.iter().map(|run| waiting_counts(run)).collect();
         let rooms = self.rooms(&points, &counts.iter().collect::<Vec<_>>(), &vec![0; runs.len()]);

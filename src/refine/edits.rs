@@ -1,9 +1,12 @@
 //! The scene's edits, resolved once: from numbers in a file to slots and anchors.
 
+use super::EDIT_FACES;
 use crate::scene::{ColourEdit, Frame, GeometryEdit, Scene};
 use crate::subdiv::edit::Anchor;
 use crate::subdiv::index_map::{IndexMap, Slot};
+use crate::threads;
 use glam::DVec4;
+use std::ops::Range;
 use thiserror::Error;
 
 /// Deepest edit level: 4^12 times the half-edges of M^0 still fit in 64 bits with room to spare.
@@ -115,11 +118,15 @@ impl Edits {
 /// The first edit that names something its level does not have.
 pub fn resolve(scene: &Scene, map: &IndexMap) -> Result<Edits, EditError> {
     let mut edits = Edits::default();
-    for (index, e) in scene.geometry.iter().enumerate() {
-        edits.moves.push(resolve_move(index, e, map)?);
+    let of_run =
+        |run: Range<usize>| run.map(|i| resolve_move(i, &scene.geometry[i], map)).collect::<Result<Vec<_>, _>>();
+    for moves in threads::each(threads::pieces_worth(scene.geometry.len(), EDIT_FACES), of_run) {
+        edits.moves.extend_from_slice(&moves?);
     }
-    for (index, e) in scene.colours.iter().enumerate() {
-        edits.paints.push(resolve_paint(index, e, map)?);
+    let of_run =
+        |run: Range<usize>| run.map(|i| resolve_paint(i, &scene.colours[i], map)).collect::<Result<Vec<_>, _>>();
+    for paints in threads::each(threads::pieces_worth(scene.colours.len(), EDIT_FACES), of_run) {
+        edits.paints.extend_from_slice(&paints?);
     }
     if !scene.corner_colours.is_empty() {
         let mut painted = vec![false; scene.corner_colours.len()];

@@ -10,14 +10,18 @@
 //! | the point of edge a-b, faces F, G | 1-rings of a and b | 1-rings of all vertices of F and G |
 //! | the point of face F | 1-rings of F's vertices | the same |
 
+mod shares;
+
 use super::edits::{Edits, Paint, MAX_LEVEL};
 use super::isolation;
-use super::meetings::{self, meetings};
+use super::meetings;
 use super::Rules;
 use crate::mesh::NONE;
 use crate::scene::CornerRule;
 use crate::subdiv::index_map::{IndexMap, Slot};
 use crate::threads;
+use shares::Reasons;
+use std::ops::Range;
 
 /// The faces to refine.
 #[derive(Clone, Debug)]
@@ -238,30 +242,16 @@ impl Forest {
 /// depends there on colours and is left to the levels. Under [`Rules::Gradtess`] the forest is complete: cascaded
 /// and graded. Time linear in the marks.
 ///
-/// `sharp` are the input's tagged half-edges. Around extraordinary vertices and meeting sharp edges ([`meetings()`])
+/// `sharp` are the input's tagged half-edges. Around extraordinary vertices and meeting sharp edges ([`meetings`])
 /// `isolate` levels more are refined than without.
 pub fn plan(map: &IndexMap, edits: &Edits, sharp: &[u32], rules: Rules, corners: CornerRule, isolate: u32) -> Forest {
-    let mut forest = Forest::new(map);
-    for m in edits.moves.iter().filter(|m| m.level > 0) {
-        forest.mark_two_ring(map, m.level, m.vertex);
-    }
-    for group in edits.paints.chunk_by(|a, b| a.vertex == b.vertex) {
-        mark_paints(&mut forest, map, group, rules);
-    }
-    mark_polygons(&mut forest, map);
-    if rules == Rules::Gradtess {
-        let extraordinary = extraordinary0(map, corners);
-        let meetings = meetings(map, &edits.paints, sharp, corners);
-        for m in &meetings {
-            mark_meeting(&mut forest, map, m);
-        }
+    let extraordinary = if rules == Rules::Gradtess { extraordinary0(map, corners) } else { Vec::new() };
+    let (mut forest, meetings) = Reasons::new(map, edits, sharp, rules, corners, &extraordinary).mark();
+    if rules == Rules::Gradtess && isolate > 0 {
+        let meetings = meetings.iter().map(|m| (m.level, m.slot));
+        let irregular: Vec<_> = irregular_vertices(map, &extraordinary).into_iter().chain(meetings).collect();
+        isolate_vertices(&mut forest, map, &irregular, isolate);
         close(&mut forest, map, &extraordinary);
-        if isolate > 0 {
-            let meetings = meetings.iter().map(|m| (m.level, m.slot));
-            let irregular: Vec<_> = irregular_vertices(map, &extraordinary).into_iter().chain(meetings).collect();
-            isolate_vertices(&mut forest, map, &irregular, isolate);
-            close(&mut forest, map, &extraordinary);
-        }
     }
     forest
 }
@@ -288,8 +278,10 @@ fn mark_paints(forest: &mut Forest, map: &IndexMap, group: &[Paint], rules: Rule
                             forest.mark_along(map, level, p.slot);
                         }
                     }
+                    // Where both sides are painted, the other one has seen to that.
+                    let last = painted(p.slot) == Some(p.colour);
                     if let Some(t) = map.spoke_after(level, p.slot) {
-                        if painted(t) != Some(p.colour) {
+                        if painted(t).is_none_or(|colour| !last && colour != p.colour) {
                             forest.mark_along(map, level, t);
                         }
                     }
@@ -300,11 +292,13 @@ fn mark_paints(forest: &mut Forest, map: &IndexMap, group: &[Paint], rules: Rule
     }
 }
 
-/// The faces of M^0 that are no quads, and their edge neighbours.
-fn mark_polygons(forest: &mut Forest, map: &IndexMap) {
+/// The faces of M^0 that are no quads, and their edge neighbours: of input faces whose first half-edge is in `run`.
+fn mark_polygons(forest: &mut Forest, map: &IndexMap, run: &Range<u32>) {
     let mesh = map.mesh();
     let s = u64::from(mesh.half_edges());
-    for f in 0..mesh.faces() {
+    let start = |f: u32| mesh.face_start[f as usize];
+    let first = mesh.face_start.partition_point(|&h| h < run.start) as u32;
+    for f in (first..mesh.faces()).take_while(|&f| start(f) < run.end) {
         if mesh.valence(f) == 4 {
             continue;
         }
@@ -471,7 +465,7 @@ impl Causes {
 
     /// The shape of the mesh.
     pub fn of_polygons(&mut self, map: &IndexMap) -> &[Vec<u64>] {
-        self.closed(map, |forest| mark_polygons(forest, map))
+        self.closed(map, |forest| mark_polygons(forest, map, &(0..map.mesh().half_edges())))
     }
 
     /// A meeting of sharp edges.

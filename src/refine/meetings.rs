@@ -28,23 +28,13 @@ pub(crate) type Birth = (u32, Slot);
 
 /// The sharp spokes of a vertex, as slots of the level where it was born; the level from which on each is sharp, and how
 /// many colours and tags make it so.
-type Star = Vec<(Slot, u32, u32)>;
+pub(crate) type Star = Vec<(Slot, u32, u32)>;
 
 /// The vertices that sharp edges reach, and who makes them sharp: each group of colours and each tag adds its own share.
+/// A sector that is painted beside one that is not counts as sharp, since its new colour is hardly the interpolated one.
+/// Time linear in edits and tags, times the levels.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stars(HashMap<Birth, Star>);
-
-/// All meetings, by level and slot of birth. `paints` as [`super::edits::resolve`] sorts them; `sharp` are the tagged
-/// half-edges of the input. A sector that is painted beside one that is not counts as sharp, since its new colour is
-/// hardly the interpolated one. Time linear in edits and tags, times the levels.
-pub fn meetings(map: &IndexMap, paints: &[Paint], sharp: &[u32], corners: CornerRule) -> Vec<Meeting> {
-    let mut stars = Stars::default();
-    sharp.iter().for_each(|&h| stars.count_tag(map, h, true, |_| {}));
-    stars.count_paints(map, paints, true, |_| {});
-    let mut born: Vec<Birth> = stars.0.keys().copied().collect();
-    born.sort_unstable();
-    born.into_iter().filter_map(|birth| stars.meeting(map, birth, corners)).collect()
-}
 
 impl Stars {
     /// Counts what colour edits make sharp, or (`more` false) does so no longer. They stand by vertex and level, all of a
@@ -75,6 +65,8 @@ impl Stars {
     /// The three edges straight on from `d` become sharp ([`crate::subdiv::edit::paint`]).
     fn count_chain(&mut self, map: &IndexMap, level: u32, d: Slot, more: bool, visit: &mut impl FnMut(Birth)) {
         let mut e = d;
+        // Each edge begins where the one before ends.
+        let mut begin = None;
         for _ in 0..3 {
             let Some(t) = map.twin(level, e) else { return };
             for end in [e, t] {
@@ -82,7 +74,10 @@ impl Stars {
                 while l > 0 && spoke & 3 == 0 {
                     (l, spoke) = (l - 1, spoke >> 2);
                 }
-                let birth = map.birth(l, spoke);
+                let birth = begin.take().unwrap_or_else(|| map.birth(l, spoke));
+                if end == t {
+                    begin = Some(birth);
+                }
                 visit(birth);
                 let star = self.0.entry(birth).or_default();
                 let known = star.iter().position(|s| (s.0, s.1) == (spoke, level));
@@ -111,6 +106,31 @@ impl Stars {
         let level = star.iter().map(|s| s.1).max()?;
         let (own, slot) = birth;
         is_irregular(map, own, slot, &spokes, corners).then(|| Meeting { level, slot: slot << (2 * (level - own)) })
+    }
+
+    /// All meetings, by level and slot of birth.
+    pub fn meetings(&self, map: &IndexMap, corners: CornerRule) -> Vec<Meeting> {
+        let mut born: Vec<Birth> = self.0.keys().copied().collect();
+        born.sort_unstable();
+        born.into_iter().filter_map(|birth| self.meeting(map, birth, corners)).collect()
+    }
+
+    /// Takes out the vertices that `which` accepts, in order.
+    pub fn take(&mut self, which: impl Fn(Birth) -> bool) -> Vec<(Birth, Star)> {
+        let mut births: Vec<Birth> = self.0.keys().copied().filter(|&birth| which(birth)).collect();
+        births.sort_unstable();
+        births.into_iter().filter_map(|birth| self.0.remove_entry(&birth)).collect()
+    }
+
+    /// Adds what others count at a vertex.
+    pub fn add(&mut self, birth: Birth, more: &Star) {
+        let star = self.0.entry(birth).or_default();
+        for spoke in more {
+            match star.iter_mut().find(|s| (s.0, s.1) == (spoke.0, spoke.1)) {
+                Some(known) => known.2 += spoke.2,
+                None => star.push(*spoke),
+            }
+        }
     }
 
     /// All vertices that sharp edges reach.
@@ -176,7 +196,10 @@ mod tests {
         let mesh = mesh::build(&scene.mesh).unwrap();
         let map = IndexMap::new(&mesh);
         let edits = crate::refine::edits::resolve(&scene, &map).unwrap();
-        meetings(&map, &edits.paints, &scene.sharp, scene.corners).len()
+        let mut stars = Stars::default();
+        scene.sharp.iter().for_each(|&h| stars.count_tag(&map, h, true, |_| {}));
+        stars.count_paints(&map, &edits.paints, true, |_| {});
+        stars.meetings(&map, scene.corners).len()
     }
 
     #[test]

@@ -162,7 +162,7 @@ fn by(scene: &Scene, mesh: &HalfEdgeMesh, options: Options, cascading: bool) -> 
 }
 
 /// About as many faces does an edit refine.
-const EDIT_FACES: usize = 16;
+pub(crate) const EDIT_FACES: usize = 16;
 
 fn by_levels(scene: &Scene, mesh: &HalfEdgeMesh, options: Options, cascading: bool) -> Result<Refinement, RefineError> {
     let map = IndexMap::new(mesh);

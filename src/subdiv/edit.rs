@@ -6,7 +6,9 @@
 //! of an edited sector become sharp where the colour across differs.
 
 use super::level::Level;
+use crate::threads;
 use glam::{DVec2, DVec4};
+use std::ops::Range;
 
 /// How a geometry edit finds its vertex and frame from a local half-edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,8 +36,9 @@ pub struct LocalMove {
 
 /// Adds all geometry edits of a level.
 pub fn move_vertices(level: &mut Level, moves: &[LocalMove]) {
-    let steps: Vec<(u32, DVec2)> = moves.iter().map(|m| displacement(level, m)).collect();
-    for (spoke, step) in steps {
+    let of_run = |run: Range<usize>| moves[run].iter().map(|m| displacement(level, m)).collect::<Vec<_>>();
+    let steps = threads::each(threads::pieces_worth(moves.len(), 16), of_run);
+    for (spoke, step) in steps.into_iter().flatten() {
         level.shift(spoke, step);
     }
 }

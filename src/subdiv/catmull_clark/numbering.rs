@@ -62,16 +62,8 @@ pub(super) fn number(level: &mut Level, touched: &[AtomicBool], runs: &[Run]) ->
     let arrays = arrays.zip(split(&mut face, runs.iter().map(|r| r.faces.len())));
     let shared = &*level;
     let numbered = threads::each(runs.iter().zip(arrays).collect(), |(run, ((child, edge), face))| {
-        if several {
-            for h in run.half_edges.clone() {
-                let v = shared.origin[h as usize] as usize;
-                if touched[v].load(Relaxed) {
-                    spoke[v].store(h, Relaxed);
-                }
-            }
-        }
         let first = if run.faces.start == 0 { first_edge } else { 0 };
-        number_run(shared, touched, run, first, child, edge, face)
+        number_run(shared, touched, &spoke, run, first, child, edge, face)
     });
     let of_run: Vec<[u32; 3]> = numbered.iter().map(|n| n.0).collect();
     let total = |k: usize| of_run.iter().map(|n| n[k]).sum::<u32>();
@@ -131,10 +123,13 @@ fn number_vertices(level: &Level, touched: &[AtomicBool]) -> (Vec<u32>, u32, boo
 }
 
 /// Numbers the children, edge points (from `first_edge`) and face points of a run, whose parts of the arrays are given: how
-/// many there are, and the half-edges whose edge belongs to an earlier run.
+/// many there are, and the half-edges whose edge belongs to an earlier run. `spoke`, unless it is empty, gets a half-edge of
+/// each vertex.
+#[allow(clippy::too_many_arguments)]
 fn number_run(
     level: &Level,
     touched: &[AtomicBool],
+    spoke: &[AtomicU32],
     run: &Run,
     first_edge: u32,
     child: &mut [u32],
@@ -143,10 +138,14 @@ fn number_run(
 ) -> ([u32; 3], Vec<u32>) {
     let first = run.half_edges.start;
     let mut children = 0;
-    for (child, &v) in child.iter_mut().zip(&level.origin[first as usize..]) {
+    let several = !spoke.is_empty();
+    for (h, (child, &v)) in (first..).zip(child.iter_mut().zip(&level.origin[first as usize..])) {
         if touched[v as usize].load(Relaxed) {
             *child = children;
             children += 1;
+            if several {
+                spoke[v as usize].store(h, Relaxed);
+            }
         }
     }
     let (mut edges, mut faces, mut seams) = (first_edge, 0, Vec::new());
