@@ -84,12 +84,20 @@ fn every_step_of_a_scripted_drag_has_the_bits_of_a_fresh_build() {
 
 #[test]
 fn edits_are_followed_in_place_whatever_is_drawn() {
-    for (mode, came_in_place) in
-        [(Mode::Global(2), true), (Mode::Global(0), true), (Mode::Adaptive { isolate: 1 }, false)]
-    {
-        let drawing = Drawing { mode, ..Drawing::default() };
-        let mut model = model("unit/geometry_level_2");
-        model.draw(drawing).unwrap();
+    let isolated = Mode::Adaptive { isolate: 1 };
+    for (name, mode, all_in_place) in [
+        ("unit/geometry_level_2", Mode::Global(2), true),
+        ("unit/geometry_level_2", Mode::Global(0), true),
+        ("unit/geometry_level_2", isolated, true),
+        // What is isolated where sharp edges meet is looked at as a whole.
+        ("unit/sharp_two_meet", isolated, false),
+    ] {
+        let mut model = model(name);
+        if model.scene.geometry.is_empty() {
+            let edit = GeometryEdit { level: 1, half_edge: 40, vertex: None, a: 0.0, b: 0.1, frame: Frame::Sector };
+            model.set(Scene { geometry: vec![edit], ..model.scene.clone() }).unwrap();
+        }
+        model.draw(Drawing { mode, ..Drawing::default() }).unwrap();
         let first = model.scene.clone();
         let mut moved = first.clone();
         moved.mesh.positions[1] += DVec2::new(0.03, -0.02);
@@ -107,7 +115,7 @@ fn edits_are_followed_in_place_whatever_is_drawn() {
             let before = model.revision;
             model.set(next.clone()).unwrap();
             let in_place = model.changed_since(before).is_some();
-            assert_eq!(in_place, only_values || came_in_place, "{mode:?} step {step}");
+            assert_eq!(in_place, only_values || all_in_place, "{name} {mode:?} step {step}");
             let what = format!("{mode:?} step {step}");
             assert_fresh(&model, &what);
             // The levels in which handles are found.

@@ -209,7 +209,7 @@ const WAYS: [(Rules, Irregular, Mode); 4] = [
 
 #[test]
 fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
-    let (local, all) = (Cell::new([0; 2]), Cell::new([0; 2]));
+    let (local, all, isolated) = (Cell::new([0; 2]), Cell::new([0; 2]), Cell::new(0));
     for_random_scenes(60, |scene, _| {
         let seed =
             scene.mesh.positions.iter().fold(scene.colours.len() as u64, |s, p| s.rotate_left(7) ^ p.x.to_bits());
@@ -237,6 +237,8 @@ fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
                 let [of_values, of_plans] = all.get();
                 all.set([of_values + usize::from(!planned), of_plans + usize::from(planned)]);
                 if matches!(outcome, Outcome::Local(_)) {
+                    let more = usize::from(planned && mode == (Mode::Adaptive { isolate: 2 }));
+                    isolated.set(isolated.get() + more);
                     let [of_values, of_plans] = local.get();
                     local.set([of_values + usize::from(!planned), of_plans + usize::from(planned)]);
                 }
@@ -260,7 +262,13 @@ fn edits_undos_and_redos_give_the_tables_of_fresh_rebuilds() {
             }
         }
     });
-    println!("in place: {:?} changes of values and of the plan of {:?}", local.get(), all.get());
+    println!(
+        "in place: {:?} changes of values and of the plan of {:?}; {} of these isolated",
+        local.get(),
+        all.get(),
+        isolated.get()
+    );
+    assert!(isolated.get() > 10);
     let ([values, plans], [all_values, all_plans]) = (local.get(), all.get());
     assert!(20 * values > 19 * all_values && 2 * plans > all_plans, "most edits are followed in place");
 }

@@ -7,8 +7,9 @@
 //!
 //! In steps from a face to one that shares a vertex with it, the faces that an edit of M^l marks in M^(l-1) have parents
 //! within 3 of its own, and in each level above grading and the cascade ([`crate::refine::forest`]) lead to 4 at most,
-//! since two steps among children are one among their parents. Four steps of M^0 end within two rings of input faces.
-//! Further away are only faces that polygons bring: they are asked for as long as the mesh is what it is.
+//! since two steps among children are one among their parents. Four steps of M^0 end within two rings of input faces;
+//! isolation adds the faces around a vertex and what refining those brings, four steps more at most. Further away are only
+//! faces that polygons bring: they are asked for as long as the mesh is what it is.
 
 use super::index::Index;
 use super::memory::roomy;
@@ -22,10 +23,12 @@ use std::collections::{HashMap, HashSet};
 
 /// Of a face that something asked for from the beginning, plus what came and less what went since.
 const OPEN: u32 = 1 << 31;
-/// The same of a face that polygons ask for.
+/// The same of a face that the shape of the mesh asks for.
 const FIXED: u32 = 3 << 30;
 /// Rings of input faces within which an edit's faces lie.
 const RINGS: usize = 2;
+/// With isolation.
+const MORE_RINGS: usize = 4;
 
 /// Whether more causes have gone than came, of a face that was not counted.
 fn is_in_doubt(asked: u32) -> bool {
@@ -42,11 +45,11 @@ fn home(mesh: &HalfEdgeMesh, level: u32, slot: Slot) -> u32 {
 
 impl Index {
     /// From the fates at hand. Time linear in the levels.
-    pub(super) fn begin_asking(&mut self, polygons: &[Vec<u64>], refinement: &Refinement) {
+    pub(super) fn begin_asking(&mut self, shape: &[Vec<u64>], refinement: &Refinement) {
         for (own, fates) in self.levels.iter_mut().zip(&refinement.fates) {
             own.asked = roomy(fates.iter().map(|&fate| if fate & fate::AFFECTED != 0 { OPEN } else { 0 }));
         }
-        for (l, names) in polygons.iter().enumerate() {
+        for (l, names) in shape.iter().enumerate() {
             for f in names.iter().filter_map(|&name| refinement.find(l as u32, name)) {
                 self.levels[l].asked[f as usize] = FIXED;
             }
@@ -98,11 +101,12 @@ impl Index {
     ) {
         self.count_stars(scene, mesh);
         let mut plan = self.plan.take().expect("there is one");
-        let Plan { causes, stars } = &mut *plan;
+        let Plan { causes, stars, isolate, .. } = &mut *plan;
+        let rings = if *isolate > 0 { MORE_RINGS } else { RINGS };
         let stars = stars.as_ref().expect("just counted");
         let map = IndexMap::new(mesh);
         let first = |(l, name)| crate::refine::forest::first_slot(&map, l as u32, name);
-        let near = self.near(mesh, doubts.keys().map(|&(l, name)| home(mesh, l as u32, first((l, name)))));
+        let near = self.near(mesh, rings, doubts.keys().map(|&(l, name)| home(mesh, l as u32, first((l, name)))));
         let is_near = |level: u32, slot: Slot| near.contains(&home(mesh, level, slot));
         let mut count = |names: &[Vec<u64>]| {
             for (l, names) in names.iter().enumerate() {
@@ -136,11 +140,11 @@ impl Index {
         self.plan = Some(plan);
     }
 
-    /// Input faces within [`RINGS`] of some.
-    fn near(&self, mesh: &HalfEdgeMesh, faces: impl Iterator<Item = u32>) -> HashSet<u32> {
+    /// Input faces within some rings of others.
+    fn near(&self, mesh: &HalfEdgeMesh, rings: usize, faces: impl Iterator<Item = u32>) -> HashSet<u32> {
         let mut near: HashSet<u32> = faces.collect();
         let mut front: Vec<u32> = near.iter().copied().collect();
-        for _ in 0..RINGS {
+        for _ in 0..rings {
             let corners = front.iter().flat_map(|&f| mesh.face_start[f as usize]..mesh.face_start[f as usize + 1]);
             let spokes = corners.flat_map(|h| self.input.of(mesh.origin[h as usize]));
             front = spokes.map(|&h| mesh.face[h as usize]).filter(|&f| near.insert(f)).collect();

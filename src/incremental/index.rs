@@ -400,8 +400,8 @@ impl Index {
         mode: Mode,
     ) -> Index {
         let mut index = Index::new(scene, mesh, refinement, table);
-        if mode == (Mode::Adaptive { isolate: 0 }) && refinement.rules == Rules::Gradtess {
-            index.make_plan(scene, mesh, refinement);
+        if let (Mode::Adaptive { isolate }, Rules::Gradtess) = (mode, refinement.rules) {
+            index.make_plan(scene, mesh, refinement, isolate);
             index.count_stars(scene, mesh);
         }
         index

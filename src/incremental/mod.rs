@@ -18,8 +18,9 @@
 //! such edits leave with more room than patches is built anew ([`State::apply`]), which costs each edit a constant share of
 //! its own faces; one with an eighth of room as soon as nobody waits ([`State::compact`]).
 //!
-//! Rebuilt as a whole is: other polygons, corner rules or none of the initial colours any more; under [`Rules::Authors`] and
-//! with isolation whatever changes more than values. The [`Outcome`] says which it was ([`Whole`]). The inverse indices of
+//! Rebuilt as a whole is: other polygons, corner rules or none of the initial colours any more; whatever changes more than
+//! values under [`Rules::Authors`], whose cascade follows the colours of each level before there is a next, and with
+//! isolation while sharp edges meet somewhere. The [`Outcome`] says which it was ([`Whole`]). The inverse indices of
 //! [`Index`] are made at the first local edit after a rebuild and take time linear in the levels.
 
 mod asked;
@@ -165,8 +166,8 @@ pub enum Whole {
     /// Under [`Rules::Authors`] the cascade follows the colours of whole levels.
     #[error("the authors' rules cascade over whole levels")]
     Cascade,
-    /// How deep vertices are isolated follows from all edits together.
-    #[error("isolation follows from all edits together")]
+    /// How deep the vertices where sharp edges meet are isolated follows from all edits together.
+    #[error("isolation of meeting sharp edges follows from all edits together")]
     Isolation,
     /// An edit does not fit the mesh.
     #[error("an edit does not fit the mesh")]
@@ -261,22 +262,22 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Result<Touch
     let recoloured = !repainted.is_empty() || !delta.sharp.is_empty();
     let replanned = !delta.geometry.is_empty() || recoloured;
     let global = matches!(kept.mode, Mode::Global(_));
-    let planned = kept.mode == Mode::Adaptive { isolate: 0 } && kept.refinement.rules == Rules::Gradtess;
-    let why = match (kept.mode, kept.refinement.rules) {
+    let planned = !global && kept.refinement.rules == Rules::Gradtess;
+    let mut why = match kept.mode {
         _ if kept.table.faces.is_empty() => Some(Whole::Empty),
-        _ if !replanned || planned || global => None,
-        (Mode::Adaptive { isolate: 0 }, _) => Some(Whole::Cascade),
-        _ => Some(Whole::Isolation),
+        Mode::Adaptive { .. } if replanned && !planned => Some(Whole::Cascade),
+        _ => None,
     };
+    if let (true, None, Mode::Adaptive { isolate }) = (planned && replanned, why, kept.mode) {
+        index.make_plan(kept.scene, kept.mesh, kept.refinement, isolate);
+        if recoloured || isolate > 0 {
+            index.count_stars(kept.scene, kept.mesh);
+        }
+        why = index.has_isolated_meetings().then_some(Whole::Isolation);
+    }
     if let Some(why) = why {
         write(kept, delta);
         return Err(why);
-    }
-    if planned && replanned {
-        index.make_plan(kept.scene, kept.mesh, kept.refinement);
-        if recoloured {
-            index.count_stars(kept.scene, kept.mesh);
-        }
     }
     let (mut went, mut came) = (Vec::new(), Vec::new());
     if planned {
@@ -304,6 +305,9 @@ pub fn follow(index: &mut Index, kept: &mut Kept, delta: &Delta) -> Result<Touch
         let before: Vec<_> = before.into_iter().map(without_sources).collect();
         let recount = plan::Recount { paints: [&before, &after], tags: [&old_tags, &delta.sharp.added] };
         index.recount(kept.scene, kept.mesh, &recount, &mut went, &mut came);
+        if index.has_isolated_meetings() {
+            return Err(Whole::Isolation);
+        }
     }
     for (tags, more) in [(&old_tags, false), (&delta.sharp.added, true)] {
         for &h in tags {

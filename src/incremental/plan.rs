@@ -20,6 +20,10 @@ pub struct Plan {
     pub(super) causes: Causes,
     /// What sharp edges reach, once someone asked.
     pub(super) stars: Option<Stars>,
+    /// How many meetings of sharp edges there are among them.
+    pub(super) meetings: usize,
+    /// Levels of isolation.
+    pub(super) isolate: u32,
 }
 
 impl Plan {
@@ -73,26 +77,32 @@ pub(super) fn alike(a: &[(Source, Paint)], b: &[(Source, Paint)]) -> bool {
 
 impl Index {
     /// Makes the plan unless it is there. Time linear in the levels.
-    pub(super) fn make_plan(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement) {
+    pub(super) fn make_plan(&mut self, scene: &Scene, mesh: &HalfEdgeMesh, refinement: &Refinement, isolate: u32) {
         if self.plan.is_none() {
             let map = IndexMap::new(mesh);
-            let mut causes = Causes::new(&map, scene.corners);
-            self.begin_asking(causes.of_polygons(&map), refinement);
-            self.plan = Some(Box::new(Plan { causes, stars: None }));
+            let mut causes = Causes::new(&map, scene.corners, isolate);
+            self.begin_asking(causes.of_shape(&map), refinement);
+            self.plan = Some(Box::new(Plan { causes, stars: None, meetings: 0, isolate }));
         }
     }
 
     /// Counts what sharp edges reach, unless that is known, in the scene as the index has it. Time linear in its edits.
     pub(super) fn count_stars(&mut self, scene: &Scene, mesh: &HalfEdgeMesh) {
         let plan = self.plan.as_mut().expect("there is one");
-        plan.stars.get_or_insert_with(|| {
+        if plan.stars.is_none() {
             let map = IndexMap::new(mesh);
             let edits = resolve(scene, &map).expect("they fit the mesh");
             let mut stars = Stars::default();
             scene.sharp.iter().for_each(|&h| stars.count_tag(&map, h, true, |_| {}));
             stars.count_paints(&map, &edits.paints, true, |_| {});
-            stars
-        });
+            plan.meetings = stars.vertices().filter(|&v| stars.meeting(&map, v, scene.corners).is_some()).count();
+            plan.stars = Some(stars);
+        }
+    }
+
+    /// Whether isolation follows from more than each edit by itself.
+    pub(super) fn has_isolated_meetings(&self) -> bool {
+        self.plan.as_ref().is_some_and(|plan| plan.isolate > 0 && plan.meetings > 0)
     }
 
     /// Follows colour edits and tags that come and go: adds the names of the faces of each level that they ask for no longer
@@ -105,7 +115,7 @@ impl Index {
         went: &mut Vec<Vec<Vec<u64>>>,
         came: &mut Vec<Vec<Vec<u64>>>,
     ) {
-        let Plan { causes, stars } = &mut **self.plan.as_mut().expect("there is one");
+        let Plan { causes, stars, meetings, .. } = &mut **self.plan.as_mut().expect("there is one");
         let stars = stars.as_mut().expect("they were counted");
         let map = IndexMap::new(mesh);
         let mut reached: Vec<Birth> = Vec::new();
@@ -129,6 +139,7 @@ impl Index {
         for (v, before) in reached.into_iter().zip(before) {
             let now = stars.meeting(&map, v, scene.corners);
             if now != before {
+                *meetings = *meetings + usize::from(now.is_some()) - usize::from(before.is_some());
                 went.extend(before.map(|m| causes.of_meeting(&map, &m).to_vec()));
                 came.extend(now.map(|m| causes.of_meeting(&map, &m).to_vec()));
             }

@@ -435,18 +435,20 @@ pub fn first_slot(map: &IndexMap, level: u32, name: u64) -> Slot {
 
 /// The plan by its causes: what one edit, one group of colour edits or one meeting of sharp edges marks, closed by itself.
 /// Every rule of [`plan`] has a single premise, a marked face, so the plan is the union of what its causes ask for, and an
-/// edit that comes or goes changes only its own share. [`Rules::Gradtess`] without isolation only.
+/// edit that comes or goes changes only its own share. So it is with isolation, since the deepest face at a vertex is that
+/// of one cause; but for meetings, which have two premises. [`Rules::Gradtess`] only.
 #[derive(Clone, Debug)]
 pub(crate) struct Causes {
     /// Scratch, clean between calls.
     forest: Forest,
     extraordinary: Vec<bool>,
+    isolate: u32,
 }
 
 impl Causes {
-    /// Time and memory linear in the input mesh.
-    pub fn new(map: &IndexMap, corners: CornerRule) -> Causes {
-        Causes { forest: Forest::new(map), extraordinary: extraordinary0(map, corners) }
+    /// Time and memory linear in the input mesh. With isolation, what meetings isolate is not counted.
+    pub fn new(map: &IndexMap, corners: CornerRule, isolate: u32) -> Causes {
+        Causes { forest: Forest::new(map), extraordinary: extraordinary0(map, corners), isolate }
     }
 
     /// Names of the faces of each level that a geometry edit asks for. Time linear in their number, as for the others.
@@ -464,8 +466,17 @@ impl Causes {
     }
 
     /// The shape of the mesh.
-    pub fn of_polygons(&mut self, map: &IndexMap) -> &[Vec<u64>] {
-        self.closed(map, |forest| mark_polygons(forest, map, &(0..map.mesh().half_edges())))
+    pub fn of_shape(&mut self, map: &IndexMap) -> &[Vec<u64>] {
+        self.forest.clear();
+        mark_polygons(&mut self.forest, map, &(0..map.mesh().half_edges()));
+        close(&mut self.forest, map, &self.extraordinary);
+        if self.isolate > 0 {
+            // Every irregular vertex is isolated, whatever else is refined.
+            let vertices = irregular_vertices(map, &self.extraordinary);
+            isolate_vertices(&mut self.forest, map, &vertices, self.isolate);
+            close(&mut self.forest, map, &self.extraordinary);
+        }
+        &self.forest.by_level
     }
 
     /// A meeting of sharp edges.
@@ -482,7 +493,43 @@ impl Causes {
         self.forest.clear();
         mark(&mut self.forest);
         close(&mut self.forest, map, &self.extraordinary);
+        if self.isolate > 0 {
+            let vertices = self.irregular_corners(map);
+            isolate_vertices(&mut self.forest, map, &vertices, self.isolate);
+            close(&mut self.forest, map, &self.extraordinary);
+        }
         &self.forest.by_level
+    }
+
+    /// Those of the [`irregular_vertices`] that are corners of marked faces.
+    fn irregular_corners(&self, map: &IndexMap) -> Vec<(u32, Slot)> {
+        let s = u64::from(map.mesh().half_edges());
+        let mut found = Vec::new();
+        for (level, names) in (0..).zip(&self.forest.by_level) {
+            for &name in names {
+                let first = first_slot(map, level, name);
+                let mut d = first;
+                loop {
+                    // The spoke of the level where the vertex was born.
+                    let (mut l, mut spoke) = (level, d);
+                    while l > 0 && spoke & 3 == 0 {
+                        (l, spoke) = (l - 1, spoke >> 2);
+                    }
+                    let own = l == 0 && spoke < 8 * s && spoke & 7 == 0 && self.extraordinary[(spoke >> 3) as usize];
+                    let centre = l == 1 && spoke & 3 == 2 && map.face_valence(0, spoke >> 2) != 4;
+                    if own || centre {
+                        found.push((l, spoke));
+                    }
+                    d = map.next(level, d);
+                    if d == first {
+                        break;
+                    }
+                }
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 }
 
