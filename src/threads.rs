@@ -246,7 +246,9 @@ pub fn rehearse(cores: usize, work: impl FnOnce()) -> Estimate {
 
 /// All pieces on this thread, timed; each counts for the core that would be free first.
 fn in_turn<T, R>(work: Vec<T>, mut does: impl FnMut(T) -> R) -> Vec<R> {
-    let mut busy = vec![Duration::ZERO; REHEARSAL.get().map_or(1, |r| r.cores.max(1))];
+    // Work within a piece is on the core that has it.
+    let rehearsal = REHEARSAL.take();
+    let mut busy = vec![Duration::ZERO; rehearsal.map_or(1, |r| r.cores.max(1))];
     let timed = |piece| {
         let start = cpu_time();
         let made = does(piece);
@@ -255,7 +257,7 @@ fn in_turn<T, R>(work: Vec<T>, mut does: impl FnMut(T) -> R) -> Vec<R> {
         made
     };
     let made = work.into_iter().map(timed).collect();
-    if let Some(r) = REHEARSAL.get() {
+    if let Some(r) = rehearsal {
         let (sum, longest) = (busy.iter().sum::<Duration>(), busy.into_iter().max().unwrap_or_default());
         REHEARSAL.set(Some(Rehearsal { pieces: r.pieces + sum, longest: r.longest + longest, ..r }));
     }

@@ -237,11 +237,25 @@ fn gathered(
     corners: CornerRule,
     spokes: &mut Vec<u32>,
 ) -> Value {
-    spokes.clear();
-    level.around(points.spoke[v].load(Relaxed), |h| spokes.push(h));
-    spokes.sort_unstable();
     let bits = level.bits[v];
+    let spoke = points.spoke[v].load(Relaxed);
     let mut ring = Value::default();
+    if bits & (BOUNDARY | DART | EXTRAORDINARY) == 0 && level.level > 0 {
+        // Four quads around it, as around nearly all.
+        let after = |h: u32| level.twin[(h & !3 | (h + 3) & 3) as usize];
+        let [a, b, c] = [after(spoke), after(after(spoke)), after(after(after(spoke)))];
+        let (low, high) = ([spoke.min(a), b.min(c)], [spoke.max(a), b.max(c)]);
+        let middle = [low[0].max(low[1]), high[0].min(high[1])];
+        let four = [low[0].min(low[1]), middle[0].min(middle[1]), middle[0].max(middle[1]), high[0].max(high[1])];
+        for h in four {
+            let centre = face_points[(points.face[h as usize >> 2] - points.first_face) as usize];
+            ring = ring + (level.at(h & !3 | (h + 1) & 3) + centre);
+        }
+        return vertex_point(level.value[v], ring, bits, 4, corners);
+    }
+    spokes.clear();
+    level.around(spoke, |h| spokes.push(h));
+    spokes.sort_unstable();
     for &h in &*spokes {
         let ahead = level.at(level.next(h));
         let centre = face_points[(points.face[level.face_of(h) as usize] - points.first_face) as usize];

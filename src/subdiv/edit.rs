@@ -6,6 +6,7 @@
 //! of an edited sector become sharp where the colour across differs.
 
 use super::level::Level;
+use crate::mesh::NONE;
 use crate::threads;
 use glam::{DVec2, DVec4};
 use std::ops::Range;
@@ -96,13 +97,12 @@ pub fn paint(level: &mut Level, edits: &[(u32, DVec4)]) {
         level.tint[h as usize] = level.new_tint(level.origin[h as usize], colour);
     }
     // One spoke for each edited vertex, whichever of its sectors were edited.
-    let mut spokes: Vec<(u32, u32)> = edits.iter().map(|&(h, _)| (level.origin[h as usize], h)).collect();
-    spokes.sort_unstable();
-    spokes.dedup_by_key(|s| s.0);
+    let edited: Vec<u32> = edits.iter().map(|e| e.0).collect();
+    let spokes = each_vertex_once(level, &edited);
 
     let mut settle = Vec::new();
     let mut sectors = Vec::new();
-    for &(_, spoke) in &spokes {
+    for spoke in spokes {
         settle.push(spoke);
         sectors.clear();
         level.around(spoke, |h| sectors.push(h));
@@ -123,15 +123,29 @@ pub fn paint(level: &mut Level, edits: &[(u32, DVec4)]) {
             }
         }
     }
-    // Neighbouring sectors and spokes name the same vertices.
-    let mut named: Vec<u64> =
-        settle.iter().map(|&h| u64::from(level.origin[h as usize]) << 32 | u64::from(h)).collect();
-    named.sort_unstable();
-    named.dedup_by_key(|n| *n >> 32);
     let mut spokes = Vec::new();
-    for n in named {
-        level.settle_colours(n as u32, &mut spokes);
+    for h in each_vertex_once(level, &settle) {
+        level.settle_colours(h, &mut spokes);
     }
+}
+
+/// Of half-edges that leave the same vertex the least, in the order of the vertices.
+fn each_vertex_once(level: &Level, half_edges: &[u32]) -> Vec<u32> {
+    if half_edges.len() < level.vertices() / 8 {
+        let mut named: Vec<u64> =
+            half_edges.iter().map(|&h| u64::from(level.origin[h as usize]) << 32 | u64::from(h)).collect();
+        named.sort_unstable();
+        named.dedup_by_key(|n| *n >> 32);
+        return named.into_iter().map(|n| n as u32).collect();
+    }
+    // So many that a look at every vertex costs less than sorting.
+    let mut least = vec![NONE; level.vertices()];
+    for &h in half_edges {
+        let least = &mut least[level.origin[h as usize] as usize];
+        *least = h.min(*least);
+    }
+    least.retain(|&h| h != NONE);
+    least
 }
 
 /// The sector's colour goes over its quad `v, a, c, d`: to the corners of `a` and `d` on this side of the

@@ -189,7 +189,7 @@ fn cores(scene: &Scene, runs: usize, all: usize) {
     let rebuild_all = |memory: &mut Option<(PatchTable, PackedTable)>| {
         let (table, mut packed) = memory.take().expect("put back after each run");
         let (start, cpu) = (Instant::now(), cpu_time());
-        let table = crew(mesh.half_edges() as usize + scene.geometry.len(), || {
+        let table = crew(2 * mesh.half_edges() as usize + 16 * scene.geometry.len(), || {
             let refined = refine(scene, &mesh, Options::default()).expect("edits that fit");
             let table = rebuild(&refined, Irregular::Gregory, table);
             repack(&table, &mut packed);
