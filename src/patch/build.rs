@@ -151,17 +151,30 @@ pub(super) struct Drawn<'t> {
 }
 
 impl Drawn<'_> {
+    /// Adds the indices of one patch. Their number is a constant, since a call of `memcpy` costs more than they do.
     #[inline(always)]
-    fn emit<P: Pool>(&mut self, kind: Kind, part: Option<usize>, ids: &[u32]) -> u32 {
-        let place = &mut self.places[bucket(kind, part)];
+    fn emit<P: Pool, const N: usize>(&mut self, bucket: usize, ids: &[u32; N]) -> u32 {
+        let place = &mut self.places[bucket];
         let at = place.made;
-        place.list[at..at + ids.len()].copy_from_slice(ids);
-        place.made += ids.len();
+        *place.list[at..].first_chunk_mut::<N>().expect("what was counted") = *ids;
+        place.made += N;
         let first = place.first + at as u32;
         if P::SHARED && ids.iter().fold(0, |all, i| all | i) & LENT != 0 {
-            self.lent.push((first, first + ids.len() as u32));
+            self.lent.push((first, first + N as u32));
         }
         first
+    }
+
+    /// Adds the indices of a face, or of a part of one with its extra points behind.
+    #[inline(always)]
+    fn emit_face<P: Pool>(&mut self, kind: Kind, part: Option<usize>, ids: &[u32; 20 + EXTRA_POINTS]) -> u32 {
+        let bucket = bucket(kind, part);
+        match (kind == Kind::Gregory, part) {
+            (false, None) => self.emit::<P, 16>(bucket, front_of(ids)),
+            (true, None) => self.emit::<P, 20>(bucket, front_of(ids)),
+            (false, Some(_)) => self.emit::<P, { 16 + EXTRA_POINTS }>(bucket, front_of(ids)),
+            (true, Some(_)) => self.emit::<P, { 20 + EXTRA_POINTS }>(bucket, ids),
+        }
     }
 
     #[inline(always)]
@@ -190,6 +203,12 @@ pub(super) fn places<'t>(indices: &'t mut [u32], next: &mut Counts, counts: &[&C
         }
     }
     all
+}
+
+/// The first of these indices.
+#[inline(always)]
+fn front_of<const N: usize>(ids: &[u32; 20 + EXTRA_POINTS]) -> &[u32; N] {
+    ids.first_chunk().expect("no patch has more")
 }
 
 /// Takes the first `n` items away.
@@ -272,7 +291,10 @@ impl Builder {
             Run { points: &mut points, pool: &mut self.control, drawn: &mut drawn }.faces(part.faces.clone());
             assert!(drawn.is_full(), "a run draws what was counted");
             self.used[1] += part.drawn;
-            self.waiting.append(&mut drawn.waiting);
+            match self.waiting.is_empty() {
+                true => self.waiting = drawn.waiting,
+                false => self.waiting.append(&mut drawn.waiting),
+            }
         }
     }
 
@@ -379,7 +401,7 @@ impl<P: Pool> Run<'_, '_, '_, P> {
                 transition: 0,
                 first: 0,
             };
-            face.first = self.drawn.emit::<P>(Kind::Bicubic, None, &ids);
+            face.first = self.drawn.emit::<P, 16>(bucket(Kind::Bicubic, None), &ids);
             self.drawn.push(face);
             return;
         }
@@ -388,7 +410,7 @@ impl<P: Pool> Run<'_, '_, '_, P> {
         let half_edges = [0, 1, 2, 3].map(|i| first + ((i + u32::from(turn)) & 3));
         let kind = kind_of(fate, points.account.style.irregular);
 
-        let mut ids = [0u32; 20];
+        let mut ids = [0u32; 20 + EXTRA_POINTS];
         if let Some(plain) = plain {
             for i in 0..4 {
                 let from = (i + turn as usize) & 3;
@@ -420,15 +442,16 @@ impl<P: Pool> Run<'_, '_, '_, P> {
             first: 0,
         };
         if mask == 0 {
-            face.first = self.drawn.emit::<P>(kind, None, &ids[..kind.points()]);
+            face.first = self.drawn.emit_face::<P>(kind, None, &ids);
         } else {
             let index = self.drawn.faces_first + self.drawn.faces_made;
-            self.drawn.waiting.push(Waiting { index, half_edges, points: ids, kind, mask: face.transition });
+            let points = *ids.first_chunk().expect("those of a whole face");
+            self.drawn.waiting.push(Waiting { index, half_edges, points, kind, mask: face.transition });
         }
         self.drawn.push(face);
     }
 
-    fn gregory_points(&mut self, half_edges: &[u32; 4], ids: &mut [u32; 20]) {
+    fn gregory_points(&mut self, half_edges: &[u32; 4], ids: &mut [u32; 20 + EXTRA_POINTS]) {
         let points = &mut *self.points;
         let valence = half_edges.map(|h| points.gregory_valence(h));
         let centroids = gregory::centroids(points.account.level, points.account.level.face_of(half_edges[0]));
@@ -493,8 +516,10 @@ impl<P: Pool> Run<'_, '_, '_, P> {
         let points = kind.points();
         for part in parts_of(constellation) {
             let spec = &PARTS[part];
+            // A Gregory face has all 20 points; those of a bicubic face end where the extra ones begin.
             let mut ids = [corner[0]; 20 + EXTRA_POINTS];
-            ids[..points].copy_from_slice(&face.points[..points]);
+            ids[..20].copy_from_slice(&face.points);
+            ids[points..points + EXTRA_POINTS].fill(corner[0]);
             for (slot, at) in ids[points..points + 4].iter_mut().zip(spec.corners) {
                 *slot = match at {
                     [1, 1] => centre.expect("only C5 has a middle"),
@@ -515,7 +540,7 @@ impl<P: Pool> Run<'_, '_, '_, P> {
                     ids[at..at + 2].copy_from_slice(&split[edge][half..half + 2]);
                 }
             }
-            let first = self.drawn.emit::<P>(kind, Some(part), &ids[..points + EXTRA_POINTS]);
+            let first = self.drawn.emit_face::<P>(kind, Some(part), &ids);
             place.get_or_insert(first);
         }
         place.expect("a transition edge makes parts")

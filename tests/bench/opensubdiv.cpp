@@ -6,6 +6,7 @@
 // c++ -O3 -o opensubdiv tests/bench/opensubdiv.cpp -losdCPU && ./opensubdiv
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <memory>
 #include <opensubdiv/far/patchTableFactory.h>
@@ -48,13 +49,17 @@ static void mixed(int n, int step, std::vector<int> &sizes, std::vector<int> &co
     }
 }
 
-int main() {
+// With an argument only the mesh of so many faces.
+int main(int arguments, char **argument) {
     struct Mesh {
         int n, step;
     };
     for (Mesh mesh : {Mesh{24, 7}, Mesh{38, 11}, Mesh{100, 1 << 30}}) {
         std::vector<int> sizes, corners;
         mixed(mesh.n, mesh.step, sizes, corners);
+        if (arguments > 1 && int(sizes.size()) != std::atoi(argument[1])) {
+            continue;
+        }
         Far::TopologyDescriptor topology;
         topology.numVertices = (mesh.n + 1) * (mesh.n + 1);
         topology.numFaces = int(sizes.size());

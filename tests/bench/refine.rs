@@ -331,7 +331,9 @@ fn tables(short: bool) {
     );
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let isolations: &[u32] = if short { &[1] } else { &[0, 1, 2, 3, 4] };
-    let meshes = [mixed(24, 7), mixed(38, 11), mixed(100, u32::MAX)];
+    let only = std::env::args().skip_while(|a| a != "--only").nth(1).unwrap_or_default();
+    let mut meshes = vec![mixed(24, 7), mixed(38, 11), mixed(100, u32::MAX)];
+    meshes.retain(|s| s.name.contains(&only));
     for (scene, isolate) in meshes.iter().flat_map(|s| isolations.iter().map(move |&i| (s, i))) {
         let options = Options { mode: Mode::Adaptive { isolate }, ..Options::default() };
         let mut table = PatchTable::default();
