@@ -206,6 +206,36 @@ fn a_failure_leaves_the_old_output_as_it_was() {
 }
 
 #[test]
+fn flattened_pages_have_no_transparency_and_what_cannot_be_flattened_is_2() {
+    let folder = Folder::new("flatten");
+    let square = |id: &str, x: u32| {
+        format!(
+            "<meshgradient id='{id}' x='{x}' y='0' gradientUnits='userSpaceOnUse'><meshrow><meshpatch>\
+             <stop path='l 9,0' stop-color='red' stop-opacity='0.5'/><stop path='l 0,9' stop-color='lime'/>\
+             <stop path='l -9,0' stop-color='blue'/><stop path='l 0,-9' stop-color='white'/></meshpatch></meshrow>\
+             </meshgradient><rect x='{x}' width='9' height='9' fill='url(#{id})'/>"
+        )
+    };
+    let drawing = |name: &str, body: String| {
+        std::fs::write(folder.at(name), format!("<svg xmlns='http://www.w3.org/2000/svg'>{body}</svg>")).unwrap();
+        folder.at(name)
+    };
+    let (one, page) = (drawing("one.svg", square("a", 0)), folder.at("page.pdf"));
+    let masks = || std::fs::read(&page).unwrap().windows(6).filter(|part| part == b"/SMask").count();
+    done(&["convert", &one, &page, "--quiet"]);
+    assert_eq!(masks(), 1);
+    done(&["convert", &one, &page, "--quiet", "--flatten"]);
+    assert_eq!(masks(), 0);
+    let before = std::fs::read(&page).unwrap();
+    let two = drawing("two.svg", square("a", 0) + &square("b", 5));
+    let line = refused(2, &["convert", &two, &page, "--flatten"]);
+    assert!(line.contains("patch 1 is translucent and lies over part of patch 0"), "{line}");
+    let line = refused(2, &["convert", &one, &folder.at("page.json"), "--flatten"]);
+    assert!(line.contains("--flatten is for PDF"), "{line}");
+    assert_eq!(std::fs::read(&page).unwrap(), before);
+}
+
+#[test]
 fn checks_pass_with_0_and_fall_short_with_3() {
     let sharp = scene("unit/sharp_dart.json");
     let ran = done(&["check", &sharp, "--zooms", "6", "--size", "64x64", "--random-tess", "--json"]);

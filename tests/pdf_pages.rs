@@ -17,7 +17,7 @@ use gradtess::ferguson::Mesh;
 use gradtess::patch::space::Interpolation;
 use gradtess::timing::random::Random;
 use gradtess::vector::cells::Cell;
-use gradtess::vector::{bicubics, cells, folded, layers, pdf};
+use gradtess::vector::{bicubics, cells, flatten, folded, layers, pdf};
 use pdf_readers::{over, reach, rendered, there, Theirs};
 use std::path::Path;
 
@@ -169,6 +169,27 @@ fn other_programs_draw_the_pages_as_we_draw_the_scenes() {
             std::fs::write(&page, pdf::page(&layers::layers(&cells, &component), view, &name).unwrap()).unwrap();
             let ours = draw(gpu, &mesh, view, SIZE);
             let sheets: Vec<Vec<DVec4>> = sheets.iter().map(|sheet| draw(gpu, sheet, view, SIZE)).collect();
+            if !sheets.is_empty() {
+                // The same, flattened: nothing is left to compose, and the bar holds by either.
+                let flat = flatten::cells(&nets, &component, mesh.colour, TOLERANCE).unwrap();
+                assert!(flat.error <= TOLERANCE, "{name}: {}", flat.error);
+                let bytes = pdf::page(&layers::layers(&flat, &component), view, &name).unwrap();
+                assert!(!bytes.windows(6).any(|part| part == b"/SMask"), "{name}");
+                let page = folder.join("flat.pdf");
+                std::fs::write(&page, bytes).unwrap();
+                for program in &programs {
+                    let a = compare(&ours, &[], &rendered(program, &page, &folder.join("flat.png")), seams);
+                    let (count, excess) = (flat.all.len(), a.excess);
+                    println!(
+                        "{name} flattened, {program}: {count} cells, mean {:.3}/255; {excess:.3} beyond the bar",
+                        a.mean
+                    );
+                    assert!(a.values > 1000, "{name}");
+                    if excess > 0.0 {
+                        short.push(format!("{name} flattened by {program}: {excess:.3}"));
+                    }
+                }
+            }
             for program in &programs {
                 let a = compare(&ours, &sheets, &rendered(program, &page, &folder.join("page.png")), seams);
                 println!(
@@ -270,9 +291,11 @@ fn mupdf_composes_with_8_bits() {
     // Flat squares by the thousand, over white and over one another, are what `over` says.
     let mut random = Random::new(3);
     let stack: Vec<Vec<DVec4>> = (0..3).map(|k| random_layer(&mut random, k > 0)).collect();
-    let cut = |x: f64| ((x * 65535.0).round() / 65535.0 * 255.0).floor() as i32;
+    // Of the 65,535 steps of a range from 0 to `top`.
+    let cut = |x: f64, top: f64| ((x / top * 65535.0).round() / 65535.0 * top * 255.0).floor() as i32;
+    let raised = |x: f64| cut(x + pdf::RAISE, 1.0 + pdf::RAISE);
     let composed = |layers: &[Vec<DVec4>], k: usize, c: usize| {
-        layers.iter().fold(255, |below, layer| over(cut((layer[k][c] + pdf::RAISE).min(1.0)), cut(layer[k].w), below))
+        layers.iter().fold(255, |below, layer| over(raised(layer[k][c]), cut(layer[k].w, 1.0), below))
     };
     let exact = |layers: &[Vec<DVec4>], k: usize, c: usize| {
         layers.iter().fold(255.0, |below, layer| below + layer[k].w * (layer[k][c] * 255.0 - below))

@@ -19,6 +19,9 @@ pub struct Convert {
     input: String,
     /// File to write: .json (everything), .obj (the authors' format), .svg or .pdf (patches as a drawing)
     output: PathBuf,
+    /// PDF: compose transparency onto white paper, so that the page has none (PDF/X-1a, PDF/A-1)
+    #[arg(long)]
+    flatten: bool,
 }
 
 #[derive(Serialize)]
@@ -33,9 +36,16 @@ struct Report {
 impl Convert {
     /// Reads, checks and writes.
     pub fn run(&self, global: &Global) -> Result<(), Failure> {
+        let pdf = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("pdf"));
+        if self.flatten && !pdf {
+            let what = self.output.display();
+            return Err(Failure::input(format_args!("{what}: --flatten is for PDF pages; name the file *.pdf")));
+        }
         let (scene, losses) = match Subject::open(&self.input, global)? {
             Subject::Subdivision(loaded) => (loaded.scene.name.clone(), self.subdivision(*loaded, global)?),
-            Subject::Ferguson(mesh) => (mesh.mesh.name.clone(), convert::run(&mesh, &self.output, global)?),
+            Subject::Ferguson(mesh) => {
+                (mesh.mesh.name.clone(), convert::run(&mesh, &self.output, self.flatten, global)?)
+            }
             other => return Err(other.refused(&self.input)),
         };
         let output = self.output.display().to_string();
@@ -65,7 +75,7 @@ impl Convert {
             Some("svg") => drawing(&table(&loaded)?, None, &self.output, global),
             Some("pdf") => {
                 let table = table(&loaded)?;
-                page(&table, &components(&table), &loaded.scene.name, &self.output, global)
+                page(&table, &components(&table), &loaded.scene.name, &self.output, self.flatten, global)
             }
             _ => {
                 let what = self.output.display();

@@ -31,7 +31,7 @@ pub struct Cells {
     /// Greatest error of a colour channel, 0 to 1.
     pub error: f64,
     /// True: the error is a bound, from the hull of the Bezier points. False: it was sampled, where colours are of another
-    /// space, premultiplied or out of range.
+    /// space, premultiplied, out of range or flattened.
     pub proved: bool,
 }
 
@@ -51,6 +51,12 @@ const TWIST: f64 = 0.05;
 
 /// Cuts patches until their colours are bilinear to `tolerance`.
 pub fn cells(patches: &[Bicubic], colour: Interpolation, tolerance: f64) -> Cells {
+    let alone = |patch: &Bicubic| Stack { geometry: patch.geometry, sheets: vec![patch.colours], paper: false };
+    cut_all(&patches.iter().map(alone).collect::<Vec<_>>(), colour, tolerance)
+}
+
+/// Cuts stacks of patches until what they show is bilinear to `tolerance`.
+pub(super) fn cut_all(patches: &[Stack], colour: Interpolation, tolerance: f64) -> Cells {
     let mut depths: Vec<[u32; 2]> = {
         let flat = FLAT * size(patches);
         patches.iter().map(|patch| depth(patch, colour, tolerance, flat)).collect()
@@ -69,15 +75,39 @@ pub fn cells(patches: &[Bicubic], colour: Interpolation, tolerance: f64) -> Cell
     out
 }
 
+/// Patches of one geometry over one another, drawn as one.
+#[derive(Clone, Debug)]
+pub(super) struct Stack {
+    pub geometry: [DVec2; 16],
+    /// Colours from the bottom.
+    pub sheets: Vec<[DVec4; 16]>,
+    /// Whether there is white paper beneath. Otherwise there is one sheet.
+    pub paper: bool,
+}
+
+impl Stack {
+    /// What is seen where the sheets have the colours that `at` finds.
+    fn shown(&self, colour: Interpolation, at: impl Fn(&[DVec4; 16]) -> DVec4) -> DVec4 {
+        let seen = |sheet| colour.decode(at(sheet)).clamp(DVec4::ZERO, DVec4::ONE);
+        if self.paper {
+            return self.sheets.iter().map(seen).fold(DVec4::ONE, |below, c| {
+                let rgb = below.truncate().lerp(c.truncate(), c.w);
+                rgb.extend(1.0)
+            });
+        }
+        seen(&self.sheets[0])
+    }
+}
+
 /// The longer side of the rectangle around all points.
-fn size(patches: &[Bicubic]) -> f64 {
+fn size(patches: &[Stack]) -> f64 {
     let all = || patches.iter().flat_map(|patch| patch.geometry);
     let (low, high) = (all().reduce(DVec2::min), all().reduce(DVec2::max));
     (high.unwrap_or_default() - low.unwrap_or_default()).max_element()
 }
 
 /// Halvings along u and v that a patch needs on its own.
-fn depth(patch: &Bicubic, colour: Interpolation, tolerance: f64, flat: f64) -> [u32; 2] {
+fn depth(patch: &Stack, colour: Interpolation, tolerance: f64, flat: f64) -> [u32; 2] {
     let mut depth = [0, 0];
     loop {
         let mut along = [0.0f64; 2];
@@ -124,8 +154,8 @@ fn bends(net: &[DVec2; 16]) -> [f64; 2] {
 }
 
 /// Cuts both patches along an edge alike: an edge is known by its points, in either direction.
-fn level(patches: &[Bicubic], depths: &mut [[u32; 2]]) {
-    let key = |patch: &Bicubic, slots: [usize; 4]| {
+fn level(patches: &[Stack], depths: &mut [[u32; 2]]) {
+    let key = |patch: &Stack, slots: [usize; 4]| {
         let q = slots.map(|i| patch.geometry[i].to_array().map(|x| (x + 0.0).to_bits()));
         let reversed = [q[3], q[2], q[1], q[0]];
         if q <= reversed {
@@ -155,24 +185,25 @@ fn level(patches: &[Bicubic], depths: &mut [[u32; 2]]) {
 }
 
 /// The pieces of a patch halved so often along u and v, row by row.
-fn grid(patch: &Bicubic, depth: [u32; 2]) -> Vec<Bicubic> {
-    let halve = |pieces: Vec<Bicubic>, axis: usize| -> Vec<Bicubic> {
-        let both = |piece: Bicubic| {
-            let (geometry, colours) = (cut(&piece.geometry, axis), cut(&piece.colours, axis));
-            [0, 1].map(|half| Bicubic { geometry: geometry[half], colours: colours[half] })
+fn grid(patch: &Stack, depth: [u32; 2]) -> Vec<Stack> {
+    let halve = |pieces: Vec<Stack>, axis: usize| -> Vec<Stack> {
+        let both = |piece: Stack| {
+            let geometry = cut(&piece.geometry, axis);
+            let sheets: Vec<_> = piece.sheets.iter().map(|sheet| cut(sheet, axis)).collect();
+            [0, 1].map(|half| Stack {
+                geometry: geometry[half],
+                sheets: sheets.iter().map(|both| both[half]).collect(),
+                paper: piece.paper,
+            })
         };
         pieces.into_iter().flat_map(both).collect()
     };
-    let rows = (0..depth[1]).fold(vec![*patch], |pieces, _| halve(pieces, 1));
+    let rows = (0..depth[1]).fold(vec![patch.clone()], |pieces, _| halve(pieces, 1));
     (0..depth[0]).fold(rows, |pieces, _| halve(pieces, 0))
 }
 
-fn shown(c: DVec4, colour: Interpolation) -> DVec4 {
-    colour.decode(c).clamp(DVec4::ZERO, DVec4::ONE)
-}
-
-fn corners(piece: &Bicubic, colour: Interpolation) -> [DVec4; 4] {
-    CORNERS.map(|i| shown(piece.colours[i], colour))
+fn corners(piece: &Stack, colour: Interpolation) -> [DVec4; 4] {
+    CORNERS.map(|i| piece.shown(colour, |sheet| sheet[i]))
 }
 
 /// Halves of a net along u (axis 0) or v (axis 1).
@@ -200,8 +231,8 @@ struct Bent {
 }
 
 impl Bent {
-    fn of(piece: &Bicubic, colour: Interpolation) -> Bent {
-        let c = &piece.colours;
+    fn of(piece: &Stack, colour: Interpolation) -> Bent {
+        let c = &piece.sheets[0];
         let size = |x: DVec4| x.abs().max_element();
         let mut along = [0.0f64; 2];
         for line in 0..4 {
@@ -212,7 +243,9 @@ impl Bent {
             }
         }
         let inside = c.iter().all(|c| c.min_element() >= 0.0 && c.max_element() <= 1.0);
-        if colour == Interpolation::default() && inside {
+        let opaque = || c.iter().all(|c| c.w >= 1.0);
+        let polynomial = !piece.paper || (piece.sheets.len() == 1 && opaque());
+        if colour == Interpolation::default() && inside && polynomial {
             // The difference from the bilinear patch is a Bezier patch, which lies in the hull of its points.
             let mut error = 0.0f64;
             for (i, value) in c.iter().enumerate() {
@@ -225,7 +258,7 @@ impl Bent {
         let (mut error, mut at) = (0.0f64, [0.0f64; 2]);
         for (i, j) in (0..7).flat_map(|j| (0..7).map(move |i| (i, j))) {
             let (u, v) = (f64::from(i) / 6.0, f64::from(j) / 6.0);
-            let far = size(shown(tensor(c, u, v), colour) - bilinear(ends, u, v));
+            let far = size(piece.shown(colour, |sheet| tensor(sheet, u, v)) - bilinear(ends, u, v));
             error = error.max(far);
             if j == 0 || j == 6 {
                 at[0] = at[0].max(far);

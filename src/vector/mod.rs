@@ -1,6 +1,7 @@
 //! Pictures as patches for other programs: bicubics with bilinear colours, which is what PDF knows.
 
 pub mod cells;
+pub mod flatten;
 pub mod layers;
 pub mod pdf;
 
@@ -31,6 +32,17 @@ pub enum VectorError {
         x: f64,
         /// Where.
         y: f64,
+    },
+    /// A translucent patch lies over another of a different outline: its colours jump there, and no patch has that.
+    #[error(
+        "patch {above} is translucent and lies over part of patch {below}; --flatten composes only patches of one \
+         outline: leave it out (the page is then transparent), or write a PNG"
+    )]
+    Overlap {
+        /// Number of the drawn face on top.
+        above: usize,
+        /// Number of the one beneath.
+        below: usize,
     },
     /// Nothing to draw, or coordinates that no page has room for.
     #[error("the scene has no area to put on a page; give it patches of moderate size")]

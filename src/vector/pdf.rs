@@ -6,7 +6,8 @@
 //!
 //! Some readers cut 8-bit values off (MuPDF, and Ghostscript with 8 bits where colours change), some round, and some have
 //! bits to spare (Ghostscript with 16). Colours are raised by [`RAISE`], so that one page serves all of them: what is cut off is within 0.53/255 of
-//! the scene's colour, what has bits to spare within 0.47/255, and a colour of 8 bits is drawn as itself by each. Alphas are
+//! the scene's colour, what has bits to spare within 0.47/255, and a colour of 8 bits is drawn as itself by each. The /Decode
+//! range ends where raised white is: 255.47/255, which readers hold at 255 or cut off to it. Alphas are
 //! not raised: no colour between raised ones is raised by more, whatever the alpha. How readers compose layers is their own;
 //! MuPDF keeps 8 bits (see `tests/pdf_pages.rs`).
 
@@ -52,9 +53,10 @@ fn coordinate(x: f64, low: f32, high: f32) -> u32 {
     ((x - low) / (high - low) * f64::from(u32::MAX)).round().clamp(0.0, f64::from(u32::MAX)) as u32
 }
 
-/// A colour channel in 16 bits.
+/// A colour channel in 16 bits, 0 to 1 and what it is raised by. The range is that of raised colours: cut off at 1, a cell
+/// that reaches white would be raised less and less towards it, and readers that cut off would draw 254.9 as 254.
 fn component(x: f64, raise: f64) -> u16 {
-    ((x + raise).clamp(0.0, 1.0) * 65535.0).round() as u16
+    ((x.clamp(0.0, 1.0) + raise) / (1.0 + raise) * 65535.0).round() as u16
 }
 
 /// The stream of records; `components` are the colour channels that are written, each raised.
@@ -174,13 +176,14 @@ struct Sheet<'a> {
 impl Sheet<'_> {
     fn write(&self, pdf: &mut Pdf, place: impl Fn(DVec2) -> DVec2 + Copy, media: Rect) {
         let d = decode_of(self.cells, place);
-        let range = |n: usize| d.into_iter().chain([0.0, 1.0].into_iter().cycle().take(2 * n));
+        let range =
+            |n: usize, raise: f64| d.into_iter().chain([0.0, (1.0 + raise) as f32].into_iter().cycle().take(2 * n));
         let colours = packed(&stream(self.cells, place, d, 0..3, RAISE));
         let mut colour = pdf.stream_shading(self.shading, &colours);
         colour.filter(Filter::FlateDecode);
         colour.shading_type(StreamShadingType::TensorProductPatch);
         colour.color_space().device_rgb();
-        colour.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(3));
+        colour.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(3, RAISE));
         colour.finish();
         let Some([grey, form, state]) = self.mask else { return };
         let alphas = packed(&stream(self.cells, place, d, 3..4, 0.0));
@@ -188,7 +191,7 @@ impl Sheet<'_> {
         alpha.filter(Filter::FlateDecode);
         alpha.shading_type(StreamShadingType::TensorProductPatch);
         alpha.color_space().device_gray();
-        alpha.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(1));
+        alpha.bits_per_coordinate(32).bits_per_component(16).bits_per_flag(8).decode(range(1, 0.0));
         alpha.finish();
         let mut drawing = Content::new();
         drawing.shading(Name(b"G"));
@@ -231,12 +234,12 @@ mod tests {
     #[test]
     fn colours_of_8_bits_survive_readers_that_cut_off_and_those_that_round() {
         for step in 0..=255 {
-            let read = f64::from(component(f64::from(step) / 255.0, RAISE)) / 65535.0 * 255.0;
+            let read = f64::from(component(f64::from(step) / 255.0, RAISE)) / 65535.0 * 255.47;
             assert_eq!([read.floor(), read.round()], [f64::from(step); 2]);
         }
         for k in 0..=10_000 {
             let colour = f64::from(k) / 10_000.0;
-            let read = f64::from(component(colour, RAISE)) / 65535.0 * 255.0;
+            let read = f64::from(component(colour, RAISE)) / 65535.0 * 255.47;
             assert!((read - colour * 255.0).abs() < 0.475 && (read.floor() - colour * 255.0).abs() < 0.535);
         }
     }

@@ -8,7 +8,7 @@ use crate::gpu::{Format, Frame, Gpu, Show};
 use crate::patch::tess::TessRule;
 use crate::patch::PatchTable;
 use crate::scene::{svg, write_atomically};
-use crate::vector::{bicubics, cells, folded, layers, pdf, Conversion, VectorError};
+use crate::vector::{bicubics, cells, flatten, folded, layers, pdf, Conversion, VectorError};
 use std::path::Path;
 
 /// Error of bilinear colours that exports stay within: with [`pdf::RAISE`] on top of it, colours are within 0.62/255.
@@ -23,7 +23,7 @@ impl From<VectorError> for Failure {
 }
 
 /// Writes a gradient mesh by the extension of `output`; what is lost, one sentence each.
-pub fn run(ferguson: &Ferguson, output: &Path, global: &Global) -> Result<Vec<String>, Failure> {
+pub fn run(ferguson: &Ferguson, output: &Path, flat: bool, global: &Global) -> Result<Vec<String>, Failure> {
     let mesh = &ferguson.mesh;
     match output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("json") => {
@@ -35,7 +35,7 @@ pub fn run(ferguson: &Ferguson, output: &Path, global: &Global) -> Result<Vec<St
             let table = crate::ferguson::table::table(mesh, &Default::default());
             let of = mesh.component();
             let component: Vec<u32> = table.faces.iter().map(|face| of[face.name as usize]).collect();
-            page(&table, &component, &mesh.name, output, global)
+            page(&table, &component, &mesh.name, output, flat, global)
         }
         _ => Err(Failure::input(format_args!(
             "{}: unknown format; name the file *.json, *.svg or *.pdf",
@@ -53,19 +53,23 @@ fn converted(conversion: Conversion) -> Option<String> {
     })
 }
 
-/// A PDF page of any table, whose patches belong to these components.
+/// A PDF page of any table, whose patches belong to these components; `flat` ones have no transparency.
 pub fn page(
     table: &PatchTable,
     component: &[u32],
     title: &str,
     output: &Path,
+    flat: bool,
     global: &Global,
 ) -> Result<Vec<String>, Failure> {
     let (patches, conversion) = bicubics(table);
     if let Some(fold) = folded(&patches) {
         return Err(fold.into());
     }
-    let cells = cells::cells(&patches, table.colour, TOLERANCE);
+    let cells = match flat {
+        true => flatten::cells(&patches, component, table.colour, TOLERANCE)?,
+        false => cells::cells(&patches, table.colour, TOLERANCE),
+    };
     let view = bounds(table).ok_or(VectorError::Empty)?;
     write_atomically(output, &pdf::page(&layers::layers(&cells, component), view, title)?)?;
     if !global.quiet && !global.json {
