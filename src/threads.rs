@@ -40,7 +40,7 @@ thread_local! {
 }
 
 /// A job of about `items` items, with all cores awake if it is large enough. A job within a job has its cores.
-pub fn crew<R>(items: usize, job: impl FnOnce() -> R) -> R {
+pub fn crew<R: Send>(items: usize, job: impl FnOnce() -> R + Send) -> R {
     if CREW.get() > 0 || REHEARSAL.get().is_some() || items < WORTH_WAKING * LEAST_NOW.load(Ordering::Relaxed) {
         return job();
     }
@@ -50,10 +50,13 @@ pub fn crew<R>(items: usize, job: impl FnOnce() -> R) -> R {
         return job();
     }
     let done = AtomicBool::new(false);
-    let owner = thread::current().id();
-    rayon::in_place_scope(|scope| {
+    // On a thread of the pool, whoever calls: a caller from outside would be one thread more than there are cores, each of
+    // its pieces would wake another thread, and it could not help with them.
+    rayon::scope(|scope| {
+        let owner = thread::current().id();
         for _ in 1..cores {
-            scope.spawn(|_| stand_by(&done, owner));
+            let done = &done;
+            scope.spawn(move |_| stand_by(done, owner));
         }
         let _end = End(&done);
         CREW.set(cores);
