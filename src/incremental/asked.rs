@@ -35,14 +35,6 @@ fn is_in_doubt(asked: u32) -> bool {
     (OPEN / 2..OPEN).contains(&asked)
 }
 
-/// Input face that a slot of M^level lies in.
-fn home(mesh: &HalfEdgeMesh, level: u32, slot: Slot) -> u32 {
-    let root = slot >> (2 * level);
-    let inner = 8 * u64::from(mesh.half_edges());
-    let h = if root < inner { root >> 3 } else { root - inner };
-    mesh.face[h as usize]
-}
-
 impl Index {
     /// From the fates at hand. Time linear in the levels.
     pub(super) fn begin_asking(&mut self, shape: &[Vec<u64>], refinement: &Refinement) {
@@ -106,8 +98,9 @@ impl Index {
         let stars = stars.as_ref().expect("just counted");
         let map = IndexMap::new(mesh);
         let first = |(l, name)| crate::refine::forest::first_slot(&map, l as u32, name);
-        let near = self.near(mesh, rings, doubts.keys().map(|&(l, name)| home(mesh, l as u32, first((l, name)))));
-        let is_near = |level: u32, slot: Slot| near.contains(&home(mesh, level, slot));
+        let home = |level: u32, slot: Slot| mesh.face[map.home(level, slot) as usize];
+        let near = self.near(mesh, rings, doubts.keys().map(|&(l, name)| home(l as u32, first((l, name)))));
+        let is_near = |level: u32, slot: Slot| near.contains(&home(level, slot));
         let mut count = |names: &[Vec<u64>]| {
             for (l, names) in names.iter().enumerate() {
                 for &name in names {

@@ -169,6 +169,12 @@ impl<'a> IndexMap<'a> {
         }
     }
 
+    /// Half-edge of the input mesh in whose part of M^0 a slot of M^level lies.
+    pub fn home(&self, level: u32, d: Slot) -> u32 {
+        let root = d >> (2 * level);
+        (if root >= self.inner0() { root - self.inner0() } else { root >> 3 }) as u32
+    }
+
     /// Corners of the face of a slot.
     pub fn face_valence(&self, level: u32, d: Slot) -> u32 {
         if level == 0 && d >= self.inner0() {

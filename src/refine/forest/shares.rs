@@ -9,7 +9,7 @@ use crate::refine::edits::{Edits, Paint};
 use crate::refine::meetings::{Birth, Meeting, Star, Stars};
 use crate::refine::{Rules, EDIT_FACES};
 use crate::scene::CornerRule;
-use crate::subdiv::index_map::{IndexMap, Slot};
+use crate::subdiv::index_map::IndexMap;
 use crate::threads;
 use std::ops::Range;
 
@@ -23,12 +23,6 @@ pub(super) struct Reasons<'a> {
     rules: Rules,
     corners: CornerRule,
     extraordinary: &'a [bool],
-}
-
-/// Input half-edge whose child, grandchild and so on the slot is, or rather its face.
-fn home(map: &IndexMap, level: u32, slot: Slot) -> u32 {
-    let (root, shrunk) = (slot >> (2 * level), 8 * u64::from(map.mesh().half_edges()));
-    (if root >= shrunk { root - shrunk } else { root >> 3 }) as u32
 }
 
 /// A colour edit marks about as much as so many geometry edits.
@@ -45,7 +39,7 @@ impl<'a> Reasons<'a> {
         extraordinary: &'a [bool],
     ) -> Self {
         let groups = edits.paints.chunk_by(|a, b| a.vertex == b.vertex);
-        let groups = groups.map(|group| (home(map, group[0].vertex.0, group[0].vertex.1), group)).collect();
+        let groups = groups.map(|group| (map.home(group[0].vertex.0, group[0].vertex.1), group)).collect();
         Reasons { map, edits, groups, sharp, rules, corners, extraordinary }
     }
 
@@ -69,7 +63,7 @@ impl<'a> Reasons<'a> {
     /// Runs of input half-edges that are about equally much to mark.
     fn runs(&self) -> Vec<Range<u32>> {
         let half_edges = self.map.mesh().half_edges();
-        let moves = self.edits.moves.iter().filter(|m| m.level > 0).map(|m| (home(self.map, m.level, m.vertex), 1));
+        let moves = self.edits.moves.iter().filter(|m| m.level > 0).map(|m| (self.map.home(m.level, m.vertex), 1));
         let paints = self.groups.iter().map(|(home, group)| (*home, PAINT * group.len() as u32));
         let total = self.edits.moves.len() + PAINT as usize * self.edits.paints.len();
         let count = threads::pieces(total * EDIT_FACES).len();
@@ -105,13 +99,13 @@ impl<'a> Reasons<'a> {
             }
             let others = match runs.len() {
                 1 => Vec::new(),
-                _ => stars.take(|birth| !run.contains(&home(self.map, birth.0, birth.1))),
+                _ => stars.take(|birth| !run.contains(&self.map.home(birth.0, birth.1))),
             };
             (stars, others)
         });
         let (mut stars, others): (Vec<Stars>, Vec<Vec<(Birth, Star)>>) = counted.into_iter().unzip();
         for (birth, star) in others.into_iter().flatten() {
-            let home = home(self.map, birth.0, birth.1);
+            let home = self.map.home(birth.0, birth.1);
             stars[runs.partition_point(|run| run.end <= home)].add(birth, &star);
         }
         stars
@@ -120,7 +114,7 @@ impl<'a> Reasons<'a> {
     fn share(&self, run: Range<u32>, stars: &Stars) -> (Forest, Vec<Meeting>) {
         let map = self.map;
         let mut forest = Forest::new(map);
-        for m in self.edits.moves.iter().filter(|m| m.level > 0 && run.contains(&home(map, m.level, m.vertex))) {
+        for m in self.edits.moves.iter().filter(|m| m.level > 0 && run.contains(&map.home(m.level, m.vertex))) {
             forest.mark_two_ring(map, m.level, m.vertex);
         }
         for (_, group) in self.groups.iter().filter(|(home, _)| run.contains(home)) {
